@@ -1,0 +1,5 @@
+"""`python -m turnscrew`: the command line."""
+
+from turnscrew.cli import main
+
+raise SystemExit(main())

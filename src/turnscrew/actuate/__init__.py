@@ -1,0 +1,1 @@
+"""From wanted contact forces and motions to what the robot accepts."""

@@ -1,0 +1,1 @@
+"""Contacts of fingertips and handle: rolling kinematics, grasp matrix, friction cones."""

@@ -1,0 +1,1 @@
+"""What wrench and motion the tool needs, and which forces of the fingertips give them (Section IV)."""

@@ -1,0 +1,93 @@
+"""Sharing the hand's wrench among the fingertips: (15), (16) and the integral that makes a pair squeeze as wanted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from turnscrew.contact.grasp import grasp
+from turnscrew.geometry.arrays import Array
+from turnscrew.robot.joints import FINGERS
+from turnscrew.signals import Estimate, Goal, Role
+
+PAIRS = ((FINGERS.index("TH"), FINGERS.index("MF")), (FINGERS.index("FF"), FINGERS.index("RF")))
+"""Fingers that press against each other."""
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """Contact forces that give the tool its wrench and keep every contact inside its friction cone.
+
+    Attributes:
+        friction: Coefficient counted with, below what is expected of skin on a handle: the rest is margin.
+        most: Largest squeeze [N]: a fingertip is safe for 5-8 N; more also bends the servo's postures away.
+        rate: Integral gain of a pair's squeeze [1/s]: it settles in 1/8 s, a fifth of the time a pair is given to
+            build up, and stays well below the finger servos' 90 rad/s.
+        reach: Largest correction by the integral [N].
+    """
+
+    friction: float = 0.6
+    most: float = 9.0
+    rate: float = 8.0
+    reach: float = 4.0
+
+    def init(self) -> Array:
+        """No correction: (2,) one for each of `PAIRS` [N]."""
+        return np.zeros(len(PAIRS))
+
+    def update(
+        self, state: Array, goal: Goal, estimate: Estimate, F_hd: Array, dt: float
+    ) -> tuple[Array, Array]:
+        """One tick.
+
+        A pair's readings are averaged before they are integrated: integrals of single biased readings would push the
+        tool to one side without end.
+
+        Args:
+            state: (2,) integral of each pair's missing squeeze [N].
+            goal: Shares and squeezes.
+            estimate: Contacts and forces.
+            F_hd: (6,) wanted wrench of the hand in T, force first [N, N.m].
+            dt: Time since the last tick [s].
+
+        Returns:
+            The new state, and f_W (5, 3), the wanted force of each fingertip on the tool, in W [N].
+
+        Paper: (15), (16), with F_0 the inward normals times a squeeze that grows with the load the friction has to
+            carry (the paper leaves the choice of F_0 open), and `k_f` of IV-C acting on each pair's squeeze.
+        """
+        held = np.flatnonzero((goal.roles == Role.GRIP) & (goal.share > 0))
+        f_W = np.zeros((len(FINGERS), 3))
+        if len(held) == 0:
+            return np.zeros(len(PAIRS)), f_W
+        R = estimate.R_WT
+        grip = grasp(estimate.c_W[held], estimate.p_WT, share=goal.share[held])
+        carried = grip.distribute(np.concatenate([R @ F_hd[:3], R @ F_hd[3:]])).f_W
+        normals = estimate.n_W[held]
+        load = np.linalg.norm(carried - (carried * normals).sum(axis=1)[:, None] * normals, axis=1)
+        squeeze = np.minimum(np.maximum(goal.squeeze[held], load / self.friction), self.most)
+        wanted = np.zeros(len(FINGERS))
+        wanted[held] = squeeze
+        state = self._integrate(state, goal, estimate, wanted, dt)
+        pressed = squeeze + self._correction(state, goal)[held]
+        f_W[held] = carried + grip.internal(-pressed[:, None] * normals)
+        return state, f_W
+
+    def _integrate(self, state: Array, goal: Goal, estimate: Estimate, wanted: Array, dt: float) -> Array:
+        pressing = -(estimate.f_W * estimate.n_W).sum(axis=1)
+        state = state.copy()
+        for index, pair in enumerate(PAIRS):
+            rows = list(pair)
+            if (goal.share[rows] > 0).all():
+                error = float((wanted - pressing)[rows].mean())
+                state[index] = min(max(state[index] + self.rate * error * dt, -self.reach), self.reach)
+            else:
+                state[index] = 0.0
+        return state
+
+    def _correction(self, state: Array, goal: Goal) -> Array:
+        correction = np.zeros(len(FINGERS))
+        for index, pair in enumerate(PAIRS):
+            correction[list(pair)] = state[index]
+        return correction * goal.share

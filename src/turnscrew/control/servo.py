@@ -1,0 +1,104 @@
+"""The hybrid servo of Section IV-A: what the tool is to do, and what wrench the hand must put on it for that."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from turnscrew.contact.tool_dynamics import ToolInertia
+from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.euler import body_rate_matrix, body_rate_matrix_derivative, euler_from_matrix
+from turnscrew.signals import Estimate, Goal
+
+
+@dataclass(frozen=True, slots=True)
+class ServoState:
+    """What the servo remembers.
+
+    Attributes:
+        yaw_d: Wanted yaw, the integral of the goal's turn rate [rad].
+        integral: (3,) of the Euler angles' error [rad.s].
+        force_integral: Of the tip force's error along z [N.s].
+        gammadot: (3,) Euler rates of the reference that alpha drives [rad/s].
+    """
+
+    yaw_d: float
+    integral: Array
+    force_integral: float
+    gammadot: Array
+
+
+@dataclass(frozen=True)
+class HybridServo:
+    """Position control of the tool's rotation, force control of its translation, (8)-(11).
+
+    The reference is what alpha gives when it is integrated: its own rate is the `gammadot` of (10), because the rate of
+    an estimate that is refreshed by a 30 Hz camera lags too far for damping.
+
+    Attributes:
+        tool: Mass properties as believed.
+        pitch: Of the thread [m].
+        kp: Stiffness of (10) [1/s2].
+        kv: Damping [1/s].
+        ki: Integral gain [1/s3].
+        kf: Integral gain of the tip force in (11) [1/s].
+        force_limit: Largest correction of the tip force by its integral [N]: half of what is wanted, so that
+            a biased fingertip reading cannot lift the tip or crush it.
+        yaw_limit: Largest yaw error acted on [rad]: the play of the blade in the slot, twice.
+    """
+
+    tool: ToolInertia
+    pitch: float
+    kp: float = 60.0
+    kv: float = 16.0
+    ki: float = 0.0
+    kf: float = 1.0
+    force_limit: float = 2.5
+    yaw_limit: float = 0.2
+
+    def init(self, estimate: Estimate) -> ServoState:
+        """The reference stands where the tool is."""
+        return ServoState(float(euler_from_matrix(estimate.R_WT)[2]), np.zeros(3), 0.0, np.zeros(3))
+
+    def update(self, state: ServoState, goal: Goal, estimate: Estimate, dt: float) -> tuple[ServoState, Array, Array]:
+        """One tick.
+
+        Args:
+            state: Of the last tick.
+            goal: Wanted turn rate and tip force.
+            estimate: Pose of the tool and wrench at its tip.
+            dt: Time since the last tick [s].
+
+        Returns:
+            The new state; nu_d (6,), velocity of the reference in T, linear first [m/s, rad/s]; and F_hd (6,), the
+            wanted wrench of the hand on the tool at T's origin, in T, force first [N, N.m].
+
+        Paper: (8)-(11).  Departures: (10) in its exact form (`d/dt(R^T T) gammadot` for `Lambda-dot xdot`), and the
+            yaw error is measured to a target that waits when the tool falls behind by more than `yaw_limit`.
+        """
+        gamma = euler_from_matrix(estimate.R_WT)
+        yaw_d = gamma[2] + _wrap(state.yaw_d + goal.turn_rate * dt - gamma[2])
+        yaw_d = min(max(yaw_d, gamma[2] - self.yaw_limit), gamma[2] + self.yaw_limit)
+        error = np.array([-gamma[0], -gamma[1], yaw_d - gamma[2]])
+        integral = state.integral + error * dt
+        rate_error = np.array([0.0, 0.0, goal.turn_rate]) - state.gammadot
+        gammaddot = self.kv * rate_error + self.kp * error + self.ki * integral
+        gammadot = state.gammadot + gammaddot * dt
+        rates = body_rate_matrix(gamma)
+        omegadot = rates @ gammaddot + body_rate_matrix_derivative(gamma, gammadot) @ gammadot
+        lead = self.pitch / (2 * np.pi)
+        alpha = np.array([0.0, 0.0, lead * omegadot[2], *omegadot])
+        omega = rates @ gammadot
+        nu_d = np.array([0.0, 0.0, lead * omega[2], *omega])
+
+        force_error = goal.tip_force - estimate.F_s[2]
+        limit = self.force_limit / self.kf
+        force_integral = min(max(state.force_integral + force_error * dt, -limit), limit)
+        F_sc = np.array([0.0, 0.0, goal.tip_force + self.kf * force_integral, *estimate.F_s[3:]])
+        F_hd = self.tool.mass_matrix() @ alpha + self.tool.bias(estimate.R_WT, nu_d) - F_sc
+        return ServoState(yaw_d, integral, force_integral, gammadot), nu_d, F_hd
+
+
+def _wrap(angle: float) -> float:
+    return float((angle + np.pi) % (2 * np.pi) - np.pi)

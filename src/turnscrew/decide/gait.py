@@ -1,0 +1,227 @@
+"""The finger gait: which finger does what, phase by phase (Section IV-D, Fig. 3 and Section V-B, Fig. 6)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+import numpy as np
+
+from turnscrew.decide.placing import Placing
+from turnscrew.decide.plan import ROLLING, SUPPORTING, GaitPlan
+from turnscrew.geometry.arrays import Array, Flags
+from turnscrew.robot.joints import FINGERS
+from turnscrew.signals import Estimate, Goal, Role
+
+
+class Phase(StrEnum):
+    """A round of the gait, in order; SETTLE comes once, before the first."""
+
+    SETTLE = "settle"
+    ROLL = "roll"
+    ADD = "add"
+    SUPPORT = "support"
+    LEAVE = "leave"
+    RELOCATE = "relocate"
+    RETURN = "return"
+    REGRIP = "regrip"
+    REMOVE = "remove"
+
+
+ORDER = tuple(Phase)
+TH_MF = np.array([finger in ROLLING for finger in FINGERS])
+FF_RF = np.array([finger in SUPPORTING for finger in FINGERS])
+FIRST_SHARE = 0.1
+"""Share of the load that a finger takes when it has just touched: .4 N of squeeze, what it touched with."""
+
+
+@dataclass(frozen=True, slots=True)
+class GaitState:
+    """Where the gait is.
+
+    Attributes:
+        phase: Present phase.
+        round: Rounds completed.
+        clock: Time in this phase [s].
+        rolled: Angle turned by the goal in this stroke [rad].
+        gripping: (5,) fingers that carry the tool.
+        q_from: (28,) joint angles when the phase began [rad].
+        q_target: (28,) where the free fingers go in this phase [rad].
+    """
+
+    phase: Phase
+    round: int
+    clock: float
+    rolled: float
+    gripping: Flags
+    q_from: Array
+    q_target: Array
+
+
+@dataclass(frozen=True)
+class Gait:
+    """The gait's timing and forces.
+
+    Attributes:
+        plan: Postures of one round.
+        placing: Corrects them by the estimate.
+        speed: Turning speed of the handle during the roll [rad/s].
+        squeeze: Normal force of each rolling finger without load [N]: with friction 1 and 5 N on the tip it leaves
+            3/4 of the friction cone to the torque, and stays below the 5-8 N that the fingertips are safe for.
+        support_squeeze: The same for the supporting pair, which carries no torque [N].
+        tip_force: Wanted force on the tip [N], found by trial: less lets the blade ride up, more costs friction.
+        ramp: Time of the turning speed's rise and fall [s]: a tenth of a stroke.
+        settle: Time for the first grip to build up [s].
+        add: Time in which FF and RF come before the handle [s].
+        take: Time in which a touching pair takes its share of the load, or gives it up [s].
+        leave: Time in which a pair lifts off [s].
+        relocate: Time of TH's and MF's way back [s].
+        standoff: Distance from the handle at which feeling begins [m]: the estimated axis errs by less than that.
+        closing: Speed of feeling [m/s]: at .14 N a mm/s of impact it touches with 2 N.
+        stop: Joint margin at which a roll ends early [rad].
+    """
+
+    plan: GaitPlan
+    placing: Placing
+    speed: float
+    squeeze: float = 4.0
+    support_squeeze: float = 4.0
+    tip_force: float = 5.0
+    ramp: float = 0.1
+    settle: float = 0.6
+    add: float = 0.3
+    take: float = 0.2
+    leave: float = 0.25
+    relocate: float = 0.4
+    standoff: float = 0.004
+    closing: float = 0.015
+    stop: float = 0.02
+
+    def init(self) -> GaitState:
+        """Thumb and middle finger hold the tool at the roll's start."""
+        q = self.plan.rolling(0.0)
+        return GaitState(Phase.SETTLE, 0, 0.0, 0.0, TH_MF.copy(), q, q)
+
+    def update(self, state: GaitState, estimate: Estimate, dt: float) -> tuple[GaitState, Goal]:
+        """One tick: the goal of the present phase, and the next phase once this one is over.
+
+        Args:
+            state: Of the last tick.
+            estimate: What is believed.
+            dt: Time since the last tick [s].
+        """
+        if state.clock == 0.0:
+            state = self._enter(state, estimate)
+        rolled = state.rolled + self._turning(state) * dt
+        state = replace(state, clock=state.clock + dt, rolled=rolled, gripping=self._gripping(state, estimate))
+        goal = self._goal(state, estimate)
+        if self._is_over(state, estimate):
+            completed = state.round + (state.phase is Phase.REMOVE)
+            following = Phase.ROLL if state.phase is Phase.REMOVE else ORDER[ORDER.index(state.phase) + 1]
+            state = replace(state, phase=following, round=completed, clock=0.0)
+        return state, goal
+
+    def _enter(self, state: GaitState, estimate: Estimate) -> GaitState:
+        """Start of a phase: remember where the fingers are, and aim at where the handle is."""
+        phase = state.phase
+        if phase is Phase.ADD:
+            target = self.placing.before_handle(self.plan.adding(1.0), SUPPORTING, estimate, self.standoff)
+        elif phase is Phase.RELOCATE:
+            target = self.placing.before_handle(self.plan.returning(1.0), ROLLING, estimate, self.standoff)
+        else:
+            target = {Phase.LEAVE: self.plan.leaving(1.0), Phase.REMOVE: self.plan.rolling(0.0)}.get(
+                phase, state.q_target
+            )
+        rolled = 0.0 if phase is Phase.ROLL else state.rolled
+        return replace(state, q_from=estimate.q, q_target=target, rolled=rolled)
+
+    def _turning(self, state: GaitState) -> float:
+        """Trapezoid over the stroke: up in `ramp`, full speed, down in `ramp` to a twentieth [rad/s]."""
+        if state.phase is not Phase.ROLL:
+            return 0.0
+        left = max(self.plan.stroke - state.rolled, 0.0)
+        fall = np.sqrt(2 * left / (self.speed * self.ramp)) + 0.05
+        return self.speed * float(min(state.clock / self.ramp + 0.05, fall, 1.0))
+
+    def _gripping(self, state: GaitState, estimate: Estimate) -> Flags:
+        """Who carries the tool: a finger joins when it has felt the handle, and leaves when its share is gone."""
+        phase, clock = state.phase, state.clock
+        if phase is Phase.ADD and clock > self.add:
+            return state.gripping | (FF_RF & estimate.touching)
+        if phase is Phase.RETURN:
+            return state.gripping | (TH_MF & estimate.touching)
+        if clock > self.take and phase is Phase.LEAVE:
+            return state.gripping & ~TH_MF
+        if clock > self.take and phase is Phase.REMOVE:
+            return state.gripping & ~FF_RF
+        return state.gripping
+
+    def _share(self, state: GaitState) -> Array:
+        """Share of each finger in the load (5,), 0 to 1."""
+        share = np.ones(len(FINGERS))
+        ramp = min(state.clock / self.take, 1.0)
+        phase = state.phase
+        rising, falling = FIRST_SHARE + (1 - FIRST_SHARE) * ramp, 1.0 - ramp
+        share[FF_RF] = {Phase.ADD: FIRST_SHARE, Phase.SUPPORT: rising, Phase.REMOVE: falling}.get(phase, 1.0)
+        share[TH_MF] = {Phase.RETURN: FIRST_SHARE, Phase.REGRIP: rising, Phase.LEAVE: falling}.get(phase, 1.0)
+        return np.where(state.gripping, share, 0.0)
+
+    def _reaching(self, state: GaitState) -> Flags:
+        if state.phase is Phase.ADD and state.clock > self.add:
+            return FF_RF & ~state.gripping
+        if state.phase is Phase.RETURN:
+            return TH_MF & ~state.gripping
+        return np.zeros(len(FINGERS), dtype=bool)
+
+    def _free_posture(self, state: GaitState) -> Array:
+        """The plan's path through this phase, bent to begin where the fingers were and to end where they must."""
+        start, length = {
+            Phase.ADD: (0.0, self.add), Phase.LEAVE: (self.take, self.leave), Phase.RELOCATE: (0.0, self.relocate),
+            Phase.REMOVE: (self.take, self.leave),
+        }.get(state.phase, (0.0, 0.0))  # fmt: skip
+        if length == 0.0:
+            return state.q_target
+        s = smooth((state.clock - start) / length)
+        path = {
+            Phase.ADD: self.plan.adding, Phase.LEAVE: self.plan.leaving, Phase.RELOCATE: self.plan.relocating,
+            Phase.REMOVE: lambda s: self.plan.adding(1.0 - s, rolled=0.0),
+        }[state.phase]  # fmt: skip
+        return np.asarray(path(s) + (1 - s) * (state.q_from - path(0.0)) + s * (state.q_target - path(1.0)))
+
+    def _goal(self, state: GaitState, estimate: Estimate) -> Goal:
+        reaching = self._reaching(state)
+        roles = np.where(state.gripping, Role.GRIP, np.where(reaching, Role.REACH, Role.FREE))
+        share = self._share(state)
+        moves_arm = state.phase in (Phase.SETTLE, Phase.ROLL)
+        progress = state.rolled / self.plan.stroke if state.phase in (Phase.ROLL, Phase.ADD) else 0.0
+        return Goal(
+            phase=state.phase,
+            round=state.round,
+            roles=roles,
+            share=share,
+            squeeze=share * np.where(FF_RF, self.support_squeeze, self.squeeze),
+            approach=np.where(reaching[:, None], -self.closing * estimate.n_W, 0.0),
+            q_free=self._free_posture(state),
+            q_guide=self.plan.rolling(progress),
+            turn_rate=-self._turning(state),
+            tip_force=self.tip_force,
+            v_palm=self.placing.palm_velocity(estimate) if moves_arm else np.zeros(3),
+        )
+
+    def _is_over(self, state: GaitState, estimate: Estimate) -> bool:
+        clock, phase = state.clock, state.phase
+        if phase is Phase.ROLL:
+            return state.rolled >= self.plan.stroke or self.placing.margin(estimate.q, ROLLING) < self.stop
+        if phase in (Phase.ADD, Phase.RETURN):
+            return bool(state.gripping[TH_MF | FF_RF].all())
+        duration = {
+            Phase.SETTLE: self.settle, Phase.SUPPORT: self.take, Phase.LEAVE: self.take + self.leave,
+            Phase.RELOCATE: self.relocate, Phase.REGRIP: self.take, Phase.REMOVE: self.take + self.leave,
+        }[phase]  # fmt: skip
+        return clock >= duration
+
+
+def smooth(s: float) -> float:
+    """Minimum-jerk blend of 0 to 1, flat at both ends (Flash and Hogan, 1985)."""
+    s = min(max(s, 0.0), 1.0)
+    return s**3 * (10 - 15 * s + 6 * s**2)

@@ -1,0 +1,91 @@
+"""Putting planned postures where the handle really is: the plan's contacts, carried along with the estimated tool."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from turnscrew.decide.plan import GaitPlan
+from turnscrew.geometry.arrays import Array
+from turnscrew.robot.inverse_kinematics import place_fingertip
+from turnscrew.robot.joints import FINGERS, finger_joints
+from turnscrew.robot.model import RobotModel
+from turnscrew.signals import Estimate
+
+
+@dataclass(frozen=True)
+class Placing:
+    """Corrects the plan by the estimate.
+
+    Attributes:
+        robot: Kinematics.
+        plan: The gait's postures, made for a screw at `plan.p_WS` and an upright tool.
+        arm_rate: Rate at which the arm removes a misplacement [1/s].
+        arm_speed: Fastest motion of the palm [m/s]: a gripped handle is dragged along, and at 6 mm/s the tilt servo
+            keeps up (found by trial).
+    """
+
+    robot: RobotModel
+    plan: GaitPlan
+    arm_rate: float = 2.0
+    arm_speed: float = 0.006
+
+    def before_handle(self, q_plan: Array, fingers: Sequence[str], estimate: Estimate, standoff: float) -> Array:
+        """Postures with fingertips a little off the handle, at the plan's contacts as seen from the handle.
+
+        A fingertip planned at `p` comes to `p_WT + A (p - p_WS)`, A the smallest rotation that takes the planned
+        axis to the estimated one: the tool's yaw does not matter on a round handle.
+
+        Args:
+            q_plan: (28,) planned posture with the fingers in contact [rad].
+            fingers: Which fingers.
+            estimate: Where arm and tool are.
+            standoff: Distance to keep from the handle [m].
+
+        Returns:
+            (28,) joint angles: the fingers' from inverse kinematics, all others as planned [rad].
+        """
+        planned = self.robot.fingertips(q_plan)
+        A = _between(self.plan.R_WT[:, 2], estimate.R_WT[:, 2])
+        axis = estimate.R_WT[:, 2]
+        q = q_plan.copy()
+        q[:6] = estimate.q[:6]
+        rng = np.random.default_rng(0)
+        for finger in fingers:
+            row = FINGERS.index(finger)
+            arm = A @ (planned.p_WF[row] - self.plan.p_WS)
+            radial = arm - (arm @ axis) * axis
+            out = radial / np.linalg.norm(radial)
+            target = estimate.p_WT + arm + (standoff + estimate.radius - self.plan.radius) * out
+            q = place_fingertip(self.robot, finger, target, q, rng, margin=0.01, starts=1).q
+        q[:6] = q_plan[:6]
+        return q
+
+    def palm_velocity(self, estimate: Estimate) -> Array:
+        """Velocity (3,) in W that brings the palm back over the tool as planned [m/s].
+
+        Args:
+            estimate: Where arm and tool are.
+        """
+        p_WH, _ = self.robot.palm(estimate.q)
+        q_plan = self.plan.rolling(0.0)
+        wanted, _ = self.robot.palm(q_plan)
+        error = wanted + estimate.p_WS - self.plan.p_WS - p_WH
+        v = self.arm_rate * error
+        speed = float(np.sqrt(v @ v))
+        return v if speed <= self.arm_speed else v * (self.arm_speed / speed)
+
+    def margin(self, q: Array, fingers: Sequence[str]) -> float:
+        """Smallest distance of the fingers' driven joints from their limits [rad]."""
+        joints = [joint for finger in fingers for joint in finger_joints(finger)]
+        low, high = self.robot.limits[joints].T
+        return float(np.minimum(q[joints] - low, high - q[joints]).min())
+
+
+def _between(a: Array, b: Array) -> Array:
+    """Smallest rotation (3, 3) that takes unit vector a to unit vector b, for less than half a turn."""
+    axis = np.cross(a, b)
+    K = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    return np.asarray(np.eye(3) + K + K @ K / (1.0 + a @ b))

@@ -1,0 +1,276 @@
+"""The room's block: from measurements to the estimate of tool, contacts and screw.
+
+Each tick: touch flags, rolling odometry, the filter's prediction, the tip's wrench.  At each camera frame (or at the
+same pace while frames fail to come): the filter's correction, and III-A on the filter's corrected fingertips.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from turnscrew.contact.grasp import grasp_matrix
+from turnscrew.estimate.arm_smoothing import ArmSmoother, ArmState
+from turnscrew.estimate.contacts import TouchDetector, TouchState
+from turnscrew.estimate.correction import Correction, Corrector
+from turnscrew.estimate.filter_state import FilterState, Prior
+from turnscrew.estimate.handle_contacts import HandleContacts, capsules_of, handle_contacts
+from turnscrew.estimate.odometry import RollingOdometry
+from turnscrew.estimate.pose_refine import PoseRefiner
+from turnscrew.estimate.refine_step import Refined, refine
+from turnscrew.estimate.screw_angle import AngleState, ScrewAngle
+from turnscrew.estimate.tip_wrench import TipWrench, WrenchState
+from turnscrew.estimate.tool_filter import ToolFilter
+from turnscrew.estimate.trail import Pose, Trail
+from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.euler import yaw
+from turnscrew.geometry.profiles import Capsule
+from turnscrew.geometry.surfaces import SurfaceOfRevolution
+from turnscrew.robot.joints import FINGERS
+from turnscrew.signals import Estimate, Measurement
+
+if TYPE_CHECKING:
+    from turnscrew.robot.model import Fingertips
+
+NO_CONTACT = "no contact"
+"""Status while no frame has been refined, or the last had no fingertip in contact: III-A has nothing to work with."""
+
+NO_DATA = Pose(np.full(3, np.nan), np.full((3, 3), np.nan))
+
+
+class Reference(StrEnum):
+    """Which orientation is rbar of (6)."""
+
+    FILTER = "filter"
+    CAMERA = "camera"
+
+
+@dataclass(frozen=True, slots=True)
+class EstimatorState:
+    """All that the estimator remembers between ticks.
+
+    Attributes:
+        arm: Smoothed joints of arm and wrist.
+        filter: Tool, screw, radius and offsets.
+        touch: Touch flags and low-passed forces.
+        tips: Fingertips at the last tick, with the present offsets removed.
+        capsules: Their patches.
+        contacts: Closest points there.
+        trail: The last moments of odometry.
+        since_correction: Time since the filter was last corrected [s].
+        correction: What the last correction did, None before the first.
+        refined: The last refinement, None before the first.
+        seen: The camera's last pose, carried along by odometry; NaN before the first.
+        polished: III-A's last pose, likewise.
+        status: What the refinement said of the last frame.
+        omega_T: (3,) low-passed angular velocity of the tool, in T [rad/s].
+        angle: The screw's angle.
+        wrench: The tip wrench's low-pass.
+    """
+
+    arm: ArmState
+    filter: FilterState
+    touch: TouchState
+    tips: Fingertips
+    capsules: tuple[Capsule, ...]
+    contacts: HandleContacts
+    trail: Trail
+    since_correction: float
+    correction: Correction | None
+    refined: Refined | None
+    seen: Pose
+    polished: Pose
+    status: str
+    omega_T: Array
+    angle: AngleState
+    wrench: WrenchState
+
+
+@dataclass(frozen=True, slots=True)
+class ToolEstimator:
+    """Parameters of the whole estimation.
+
+    Attributes:
+        fingertips: Kinematics: fingertips at joint angles (28,).
+        handle: Patch of the handle in T, as said.
+        p_WS: (3,) bottom centre of the screw's drive in W at the start, as said [m].
+        wrench: Tip wrench (III-B), with tool and thread.
+        arm: Smoother of the arm's readings.
+        touch: Touch detector.
+        odometry: Rolling odometry.
+        filter: Noise of the filter.
+        prior: Its doubt at the start.
+        refiner: III-A.
+        reference: What (6) stays close to.
+        angle: Slot play.
+        correction_period: Longest time without a correction when no frame comes [s]: two periods of the camera.
+        rate_time: Time constant of the tool's angular velocity [s]: encoder noise of .05 deg makes .15 deg of yaw,
+            so 50 ms leave 3 deg/s.
+    """
+
+    fingertips: Callable[[Array], Fingertips]
+    handle: SurfaceOfRevolution
+    p_WS: Array
+    wrench: TipWrench
+    arm: ArmSmoother = field(default_factory=ArmSmoother)
+    touch: TouchDetector = field(default_factory=TouchDetector)
+    odometry: RollingOdometry = field(default_factory=RollingOdometry)
+    filter: ToolFilter = field(default_factory=ToolFilter)
+    prior: Prior = field(default_factory=Prior)
+    refiner: PoseRefiner = field(default_factory=PoseRefiner)
+    reference: Reference = Reference.FILTER
+    angle: ScrewAngle = field(default_factory=ScrewAngle)
+    correction_period: float = 2.0 / 30.0
+    rate_time: float = 0.05
+
+    def init(self, measurement: Measurement, p_WT: Array, R_WT: Array) -> EstimatorState:
+        """Start.
+
+        Args:
+            measurement: The first.
+            p_WT: (3,) where the tip is believed to be, in W [m].
+            R_WT: (3, 3) how the tool is believed to stand.
+        """
+        filtered = self.prior.state(p_WT, R_WT, measurement.q)
+        tips = self.fingertips(measurement.q - filtered.joint_offset())
+        capsules = capsules_of(tips)
+        return EstimatorState(
+            arm=self.arm.init(measurement.q),
+            filter=filtered,
+            touch=self.touch.init(),
+            tips=tips,
+            capsules=capsules,
+            contacts=self._contacts(filtered, tips, capsules),
+            trail=Trail().extended(measurement.time, np.zeros(3), np.zeros(3)),
+            since_correction=0.0,
+            correction=None,
+            refined=None,
+            seen=NO_DATA,
+            polished=NO_DATA,
+            status=NO_CONTACT,
+            omega_T=np.zeros(3),
+            angle=self.angle.init(yaw(R_WT)),
+            wrench=self.wrench.init(),
+        )
+
+    def update(self, state: EstimatorState, measurement: Measurement, dt: float) -> tuple[EstimatorState, Estimate]:
+        """One tick.
+
+        Args:
+            state: Of the last tick.
+            measurement: Now.
+            dt: Time since the last tick [s].
+
+        Returns:
+            The new state and the estimate.
+        """
+        arm, q, v = self.arm.update(state.arm, measurement.q, measurement.v, dt)
+        measurement = replace(measurement, q=q, v=v)
+        state, rolled = self._predict(replace(state, arm=arm), measurement, dt)
+        if measurement.vision is not None or state.since_correction >= self.correction_period:
+            state = self._correct(state, measurement)
+        state = replace(state, angle=self.angle.update(state.angle, yaw(state.filter.R_WT), rolled, dt))
+        return self._conclude(state, measurement, dt)
+
+    def _contacts(self, f: FilterState, tips: Fingertips, capsules: tuple[Capsule, ...]) -> HandleContacts:
+        return handle_contacts(self.handle, f.radius_error, capsules, tips, f.p_WT, f.R_WT)
+
+    def _predict(self, state: EstimatorState, measurement: Measurement, dt: float) -> tuple[EstimatorState, float]:
+        """Touch flags, odometry and the filter's prediction; also what odometry says of the yaw's change."""
+        f = state.filter
+        tips = self.fingertips(measurement.q - f.joint_offset())
+        touch = self.touch.update(state.touch, measurement.f_F, tips.R_WF, dt)
+        weight = np.where(touch.touching, touch.level, 0.0)
+        dtheta = self.odometry.increment(state.tips, tips, state.contacts.tip_W, weight, f.p_WT, f.R_WT)
+        spin = float(f.R_WT[:, 2] @ dtheta)
+        # The tip follows the screw along its thread.
+        dp = self.wrench.advance(spin) * f.R_WT[:, 2]
+        omega_T = state.omega_T + dt / (self.rate_time + dt) * (f.R_WT.T @ dtheta / dt - state.omega_T)
+        f = self.filter.predict(f, dtheta, dp, f.R_WT @ omega_T, int(touch.touching.sum()) >= 2, dt)
+        moved = replace(
+            state,
+            filter=f,
+            touch=touch,
+            tips=tips,
+            contacts=self._contacts(f, tips, state.capsules),
+            trail=state.trail.extended(measurement.time, dtheta, dp),
+            since_correction=state.since_correction + dt,
+            seen=state.seen.moved(dtheta, dp),
+            polished=state.polished.moved(dtheta, dp),
+            omega_T=omega_T,
+        )
+        return moved, spin
+
+    def _screw(self, state: EstimatorState) -> Array:
+        """The drive's bottom centre as said, advanced along the thread by the screw's angle."""
+        sunk: Array = np.array([0.0, 0.0, self.wrench.advance(-state.angle.theta)])
+        return self.p_WS + sunk
+
+    def _correct(self, state: EstimatorState, measurement: Measurement) -> EstimatorState:
+        """The filter's correction, then III-A at what it gave."""
+        frame = measurement.vision
+        seen = None if frame is None else state.trail.to_now(frame)
+        said = self._screw(state)
+        corrector = Corrector(self.handle, self.filter, self.prior)
+        refused = state.correction.refused if state.correction is not None else 0
+        done = corrector.apply(state.filter, seen, said, state.tips, state.capsules, state.touch.touching, refused)
+        tips = self.fingertips(measurement.q - done.state.joint_offset())
+        state = replace(
+            state,
+            filter=done.state,
+            correction=done,
+            since_correction=0.0,
+            tips=tips,
+            contacts=self._contacts(done.state, tips, state.capsules),
+            seen=state.seen if seen is None else seen,
+        )
+        return state if seen is None else self._refine(state, said + done.state.b_W, seen)
+
+    def _refine(self, state: EstimatorState, p_WS: Array, seen: Pose) -> EstimatorState:
+        """III-A with the fingers whose contact the filter believes."""
+        rows = state.correction.contacts if state.correction is not None else ()
+        if not rows:
+            return replace(state, status=NO_CONTACT, refined=None, polished=Pose(state.filter.p_WT, state.filter.R_WT))
+        R_bar = seen.R_WT if self.reference is Reference.CAMERA else state.filter.R_WT
+        tip = state.capsules[FINGERS.index("FF")]
+        refined = refine(
+            self.refiner, self.handle, tip, state.filter, p_WS, R_bar, state.tips, state.contacts, rows, state.refined
+        )
+        pose = Pose(refined.pose.p_WT, refined.pose.R_WT)
+        return replace(state, refined=refined, polished=pose, status=refined.pose.status.value)
+
+    def _conclude(self, state: EstimatorState, measurement: Measurement, dt: float) -> tuple[EstimatorState, Estimate]:
+        """Tip wrench and message."""
+        f, contacts, touching = state.filter, state.contacts, state.touch.touching
+        nu = np.concatenate([[0.0, 0.0, self.wrench.advance(float(state.omega_T[2]))], state.omega_T])
+        f_W = state.touch.f_W * touching[:, None]
+        F_W = grasp_matrix(contacts.c_W, f.p_WT) @ f_W.ravel()
+        F_h = np.concatenate([f.R_WT.T @ F_W[:3], f.R_WT.T @ F_W[3:]])
+        wrench, F_s = self.wrench.update(state.wrench, F_h, f.R_WT, nu, state.angle.theta, dt)
+        estimate = Estimate(
+            time=measurement.time,
+            q=measurement.q - f.joint_offset(),
+            v=measurement.v,
+            p_WT=f.p_WT,
+            R_WT=f.R_WT,
+            nu=nu,
+            radius=self.handle.meridian(0.5 * sum(self.handle.domain)).r + f.radius_error,
+            p_WS=self._screw(state) + f.b_W,
+            theta=state.angle.theta,
+            touching=touching,
+            f_W=f_W,
+            c_W=contacts.c_W,
+            n_W=contacts.n_W,
+            gap=contacts.gap,
+            F_s=F_s,
+            status=state.status,
+            p_WT_seen=state.seen.p_WT,
+            R_WT_seen=state.seen.R_WT,
+            p_WT_refined=state.polished.p_WT,
+            R_WT_refined=state.polished.R_WT,
+        )
+        return replace(state, wrench=wrench), estimate

@@ -1,0 +1,115 @@
+"""The filter's 27 states: what they are, where they stand, and how sure it is at the start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.rotations import exp_so3
+from turnscrew.robot.joints import COUPLED, HAND_FINGERS, INDEX, JOINTS
+
+GRIPPING = ("TH", "FF", "MF", "RF")
+"""The fingers that ever hold the tool; the little finger's offsets are never seen and so not estimated."""
+
+OFFSET_JOINTS = tuple(joint for finger in GRIPPING for joint in HAND_FINGERS[finger])
+"""The 17 joints with offset states: THJ5..THJ1, then J4..J1 of FF, MF and RF.
+
+J1 and J2 of a finger are coupled in motion but have an encoder each, so each has an offset of its own.
+"""
+
+OFFSET_COLUMNS = np.array([INDEX[joint] for joint in OFFSET_JOINTS])
+"""Their places in the joint vector."""
+
+THETA = slice(0, 3)
+TIP = slice(3, 6)
+SCREW = slice(6, 9)
+RADIUS = 9
+OFFSETS = slice(10, 10 + len(OFFSET_JOINTS))
+SIZE = OFFSETS.stop
+
+
+@dataclass(frozen=True, slots=True)
+class FilterState:
+    """Mean and covariance of the error-state filter.
+
+    The errors, in order: rotation vector theta in W (R_true = exp([theta]x) R_WT) [rad], tip p_WT in W [m], screw
+    offset b in W [m], radius error [m], the 17 joint offsets of `OFFSET_JOINTS` [rad].
+
+    Attributes:
+        p_WT: (3,) tip position in W [m].
+        R_WT: (3, 3) orientation of the tool.
+        b_W: (3,) where the screw is, less where it was said to be, in W [m].
+        radius_error: What the handle is thicker than said [m].
+        offset: (17,) encoder readings less joint angles [rad].
+        P: (27, 27) covariance of the errors.
+    """
+
+    p_WT: Array
+    R_WT: Array
+    b_W: Array
+    radius_error: float
+    offset: Array
+    P: Array
+
+    def joint_offset(self) -> Array:
+        """(28,) offsets of all joints [rad], zero for those not estimated."""
+        full = np.zeros(len(JOINTS))
+        full[OFFSET_COLUMNS] = self.offset
+        return full
+
+    def corrected(self, error: Array, P: Array) -> FilterState:
+        """The state moved by an estimated error (27,), with covariance P."""
+        return FilterState(
+            p_WT=self.p_WT + error[TIP],
+            R_WT=exp_so3(error[THETA]) @ self.R_WT,
+            b_W=self.b_W + error[SCREW],
+            radius_error=self.radius_error + float(error[RADIUS]),
+            offset=self.offset + error[OFFSETS],
+            P=P,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Prior:
+    """Standard deviations at the start.
+
+    Attributes:
+        rotation: Of the tool's orientation per axis [rad]; a start by one camera frame is right within 2-3 deg.
+        tip: Of its tip per axis [m].
+        screw: (3,) of the hand-to-screw calibration [m].
+        radius: Of the handle's radius [m]: a caliper on a moulded handle.
+        offset: Of a joint offset [rad]; .57 deg.
+        coupling: Of J1 - J2 of a coupled finger [rad], or None where the tendon leaves them free.  The coupling makes
+            the difference of the readings show the difference of the offsets.
+    """
+
+    rotation: float = np.deg2rad(3.0)
+    tip: float = 0.005
+    screw: tuple[float, float, float] = (0.0015, 0.0015, 0.002)
+    radius: float = 0.0005
+    offset: float = 0.01
+    coupling: float | None = np.deg2rad(0.2)
+
+    def state(self, p_WT: Array, R_WT: Array, q: Array) -> FilterState:
+        """The start.
+
+        Args:
+            p_WT: (3,) tip position in W [m].
+            R_WT: (3, 3) orientation of the tool.
+            q: (28,) encoder readings [rad].
+        """
+        sigma = np.empty(SIZE)
+        sigma[THETA], sigma[TIP], sigma[SCREW] = self.rotation, self.tip, self.screw
+        sigma[RADIUS], sigma[OFFSETS] = self.radius, self.offset
+        error, P = np.zeros(SIZE), np.diag(sigma**2)
+        for follower, leader in COUPLED.items() if self.coupling is not None else ():
+            if follower in OFFSET_JOINTS:
+                h = np.zeros(SIZE)
+                h[OFFSETS.start + OFFSET_JOINTS.index(follower)] = 1.0
+                h[OFFSETS.start + OFFSET_JOINTS.index(leader)] = -1.0
+                gain = P @ h / float(h @ P @ h + (self.coupling or 0.0) ** 2)
+                error = error + gain * (q[INDEX[follower]] - q[INDEX[leader]] - h @ error)
+                P = P - np.outer(gain, h @ P)
+        return FilterState(p_WT, R_WT, np.zeros(3), 0.0, np.zeros(len(OFFSET_JOINTS)), P).corrected(error, P)

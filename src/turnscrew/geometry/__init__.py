@@ -1,0 +1,1 @@
+"""Rotations, surfaces of revolution with exact derivatives, and closest points between them."""

@@ -1,0 +1,11 @@
+"""The array types of the package: doubles and flags, with shape, unit and frame told in each docstring."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+Flags: TypeAlias = NDArray[np.bool_]

@@ -1,0 +1,141 @@
+"""The simulated cell: arm, hand, free tool and screw, stepped together.
+
+Nothing but gravity, fingertips and the screw's drive acts on the tool.  What the robot may know of it leaves only
+through the sensors; `truth` is for the recorder.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from turnscrew.geometry.arrays import Array
+from turnscrew.plant.contact import Friction, rub, set_solver
+from turnscrew.plant.screw import Screw, add_screw
+from turnscrew.plant.thread import Thread
+from turnscrew.plant.tool import Tool, add_tool
+from turnscrew.plant.truth import ContactReader, Truth
+from turnscrew.robot.joints import DRIVEN, JOINTS
+from turnscrew.robot.model import robot_spec
+from turnscrew.robot.servos import add_servos
+
+
+@dataclass(frozen=True)
+class CellDescription:
+    """All that defines the plant.
+
+    Attributes:
+        tool: The screwdriver.
+        screw: The screw.
+        thread: How the substrate resists.
+        friction: Of fingers and tip.
+        p_WS: (3,) where the screw's drive really is, in W [m].
+        slot_yaw: The slot's initial direction [rad].
+        timestep: Plant step [s].
+        mass_error: Relative error of the robot's masses against the loop's model.
+    """
+
+    tool: Tool
+    screw: Screw
+    thread: Thread
+    friction: Friction
+    p_WS: Array
+    slot_yaw: float
+    timestep: float = 0.001
+    mass_error: float = 0.0
+
+
+def cell_xml(cell: CellDescription, p_WT: Array, R_WT: Array) -> str:
+    """The cell as MJCF, the tool's initial pose included."""
+    spec = robot_spec()
+    spec.modelname = "turnscrew"
+    set_solver(spec, cell.timestep)
+    for body in spec.bodies[1:]:
+        body.mass *= 1.0 + cell.mass_error
+        body.inertia = body.inertia * (1.0 + cell.mass_error)
+    for geom in spec.geoms:
+        if geom.name.startswith("C_"):
+            rub(geom, 1.0)
+            geom.priority = 0
+    add_servos(spec)
+    add_tool(spec, cell.tool, cell.friction, p_WT, R_WT)
+    add_screw(spec, cell.screw, cell.friction, cell.p_WS, cell.slot_yaw)
+    spec.worldbody.add_light(pos=[0.6, -0.8, 1.6], dir=[0.2, 0.6, -1.0], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
+    spec.visual.global_.offwidth, spec.visual.global_.offheight = 1280, 720
+    spec.visual.headlight.ambient = [0.35, 0.35, 0.35]
+    spec.compile()
+    return str(spec.to_xml())
+
+
+class Cell:
+    """The plant: servo commands in, one step at a time.
+
+    The model is compiled from its own MJCF text, so that a saved copy of that text steps to the same last bit.
+
+    Attributes:
+        xml: The model's MJCF.
+        model: MuJoCo's model.
+        data: MuJoCo's state.
+    """
+
+    def __init__(self, description: CellDescription, q: Array, p_WT: Array, R_WT: Array) -> None:
+        """Builds the cell.
+
+        Args:
+            description: Tool, screw, thread, friction.
+            q: (28,) initial joint angles [rad].
+            p_WT: (3,) initial tip position [m].
+            R_WT: (3, 3) initial orientation of the tool.
+        """
+        self.xml = cell_xml(description, p_WT, R_WT)
+        self.model = mujoco.MjModel.from_xml_string(self.xml)
+        self.data = mujoco.MjData(self.model)
+        self.data.qpos[: len(JOINTS)] = q
+        self._thread = description.thread
+        self._twist = self._thread.init()
+        hinge = self.model.joint("screw")
+        self._screw_q, self._screw_v = int(hinge.qposadr[0]), int(hinge.dofadr[0])
+        self._thread_ctrl = self.model.actuator("thread").id
+        self._contacts = ContactReader(self.model)
+        mujoco.mj_forward(self.model, self.data)
+
+    def write(self, command: Array) -> None:
+        """Sends position commands (24,) in the order of `DRIVEN` [rad] to the servos."""
+        self.data.ctrl[: len(DRIVEN)] = command
+
+    def prepare(self) -> None:
+        """Sets the thread's torque for the coming step, so that all controls of that step stand in `data.ctrl`."""
+        data = self.data
+        yaw, rate = float(data.qpos[self._screw_q]), float(data.qvel[self._screw_v])
+        dt = float(self.model.opt.timestep)
+        self._twist, torque = self._thread.update(self._twist, yaw, rate, dt)
+        data.ctrl[self._thread_ctrl] = torque
+
+    def step(self) -> None:
+        """One step of the plant."""
+        mujoco.mj_step(self.model, self.data)
+
+    @property
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return float(self.data.time)
+
+    @property
+    def q(self) -> Array:
+        """True joint angles (28,) [rad], for the encoders."""
+        return np.array(self.data.qpos[: len(JOINTS)])
+
+    def fingertip_forces(self) -> Array:
+        """True force (5, 3) of each fingertip on what it touches, in its frame F [N], for the force sensors."""
+        return self._contacts.fingertip_forces(self.data)
+
+    def tool_pose(self) -> tuple[Array, Array]:
+        """True p_WT (3,) [m] and R_WT (3, 3), for the camera."""
+        tool = self._contacts.tool_body
+        return self.data.xpos[tool].copy(), self.data.xmat[tool].reshape(3, 3).copy()
+
+    def truth(self) -> Truth:
+        """Everything that a judge of the run wants to know and the robot does not."""
+        return self._contacts.truth(self.data)

@@ -1,0 +1,1 @@
+"""The robot: arm and hand descriptions, kinematics and dynamics."""

@@ -1,0 +1,148 @@
+"""The robot's own model of itself: kinematics and dynamics of arm and hand without the tool.
+
+This is what the loop reasons with; the plant may be heavier or stickier (`model.mass_error`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from turnscrew.geometry.arrays import Array
+from turnscrew.robot.arm import LINKS, add_arm
+from turnscrew.robot.hand import TIP_RADIUS, attach_hand, check_joint_order, torque_limit
+from turnscrew.robot.joints import ARM, COUPLED, FINGERS, INDEX, JOINTS
+
+BASE_HEIGHT = 0.346
+"""Height of the shoulder (DH frame 0) above the arm's base B, which is W here [m] (Barrett's user guide)."""
+
+_TIP_BODIES = tuple(f"{finger.lower()}distal" for finger in FINGERS)
+
+
+@dataclass(frozen=True, slots=True)
+class Fingertips:
+    """Where the fingertips are and how the joints move them.
+
+    Attributes:
+        p_WF: (5, 3) centres of the distal half balls, the origins of the frames F, in W [m].
+        R_WF: (5, 3, 3) orientations of F; z points along the distal phalanx to the tip.
+        J: (5, 6, 28) Jacobians of the frames F: linear velocity of the origin, then angular velocity, in W.
+        rho: (5,) capsule radii [m].
+        length: (5,) lengths of the capsules' cylinders, which reach from F's origin along -z [m].
+    """
+
+    p_WF: Array
+    R_WF: Array
+    J: Array
+    rho: Array
+    length: Array
+
+
+def robot_spec() -> mujoco.MjSpec:
+    """Arm and hand on the base, without actuators, tool or screw; joints in the order of `JOINTS`."""
+    spec = mujoco.MjSpec()
+    spec.compiler.degree = False
+    base = spec.worldbody.add_body(name="base", pos=[0, 0, BASE_HEIGHT])
+    attach_hand(spec, add_arm(base))
+    return spec
+
+
+class RobotModel:
+    """M, C, N, J and Jdot of arm and hand, (17) and (18), by MuJoCo's own algorithms.
+
+    Attributes:
+        limits: (28, 2) joint ranges [rad].
+        torque_limits: (28,) peak drive torques [N.m]; a coupled J1 has none of its own.
+    """
+
+    def __init__(self) -> None:
+        self._model = robot_spec().compile()
+        check_joint_order(self._model)
+        self._data = mujoco.MjData(self._model)
+        self._bodies = [self._model.body(name).id for name in _TIP_BODIES]
+        capsules = [self._model.geom(f"C_{name}") for name in _TIP_BODIES]
+        self._half = np.array([float(capsule.size[1]) for capsule in capsules])
+        self._centre = np.array([float(capsule.pos[2]) for capsule in capsules])
+        self.rho = np.array([TIP_RADIUS[finger] for finger in FINGERS])
+        self.limits = self._model.jnt_range[: len(JOINTS)].copy()
+        self.torque_limits = np.array(
+            [*(link.torque for link in LINKS), *(0.0 if n in COUPLED else torque_limit(n) for n in JOINTS[len(ARM) :])]
+        )
+
+    def _place(self, q: Array) -> None:
+        self._data.qpos[:] = q
+        mujoco.mj_kinematics(self._model, self._data)
+        mujoco.mj_comPos(self._model, self._data)
+
+    def fingertips(self, q: Array) -> Fingertips:
+        """Fingertip frames and Jacobians at joint angles q (28,) [rad]."""
+        self._place(q)
+        data = self._data
+        R = data.xmat[self._bodies].reshape(5, 3, 3)
+        p = data.xpos[self._bodies] + (self._centre + self._half)[:, None] * R[:, :, 2]
+        J = np.empty((5, 6, len(JOINTS)))
+        for row, body in enumerate(self._bodies):
+            mujoco.mj_jac(self._model, data, J[row, :3], J[row, 3:], p[row], body)
+        return Fingertips(p, R, J, self.rho, 2 * self._half)
+
+    def palm(self, q: Array) -> tuple[Array, Array]:
+        """Palm frame H at joint angles q (28,): p_WH (3,) [m] and R_WH (3, 3)."""
+        self._place(q)
+        palm = self._data.body("palm")
+        return palm.xpos.copy(), palm.xmat.reshape(3, 3).copy()
+
+    def palm_jacobian(self, q: Array) -> Array:
+        """Jacobian (6, 28) of H's origin, linear first, in W."""
+        self._place(q)
+        J = np.empty((6, len(JOINTS)))
+        body = self._model.body("palm").id
+        mujoco.mj_jacBody(self._model, self._data, J[:3], J[3:], body)
+        return J
+
+    def point_jacobian_rate(self, q: Array, v: Array, finger: str, p_W: Array) -> Array:
+        """Time derivative (3, 28) of the linear Jacobian of a point fixed to a fingertip, for (17).
+
+        Args:
+            q: (28,) [rad].
+            v: (28,) [rad/s].
+            finger: Which fingertip.
+            p_W: (3,) the point in W [m].
+        """
+        self._place(q)
+        self._data.qvel[:] = v
+        mujoco.mj_comVel(self._model, self._data)
+        Jdot = np.empty((3, len(JOINTS)))
+        body = self._bodies[FINGERS.index(finger)]
+        mujoco.mj_jacDot(self._model, self._data, Jdot, None, p_W, body)
+        return Jdot
+
+    def mass_matrix(self, q: Array) -> Array:
+        """M_r (28, 28) of (18) with the drives' reflected inertia [kg.m2]."""
+        self._data.qpos[:] = q
+        mujoco.mj_fwdPosition(self._model, self._data)
+        M = np.empty((len(JOINTS), len(JOINTS)))
+        mujoco.mj_fullM(self._model, self._data, M)
+        return M
+
+    def bias(self, q: Array, v: Array) -> Array:
+        """C_r v + N (28,) of (18): Coriolis, centrifugal and gravity torques [N.m]."""
+        self._data.qpos[:] = q
+        self._data.qvel[:] = v
+        mujoco.mj_fwdPosition(self._model, self._data)
+        mujoco.mj_fwdVelocity(self._model, self._data)
+        return self._data.qfrc_bias.copy()
+
+    def gravity(self, q: Array) -> Array:
+        """N (28,) of (18): torques that hold the robot against gravity [N.m]."""
+        return self.bias(q, np.zeros(len(JOINTS)))
+
+
+def driven_jacobian(J: Array) -> Array:
+    """Adds each coupled joint's columns to its leader's and zeroes them, on the last axis of J (..., 28)."""
+    J = J.copy()
+    for follower, leader in COUPLED.items():
+        J[..., INDEX[leader]] += J[..., INDEX[follower]]
+        J[..., INDEX[follower]] = 0.0
+    return J

@@ -1,0 +1,101 @@
+"""Fingertip forces with the error of a strain-gauge estimate: bounded, partly constant, partly wandering.
+
+Model, for finger i with the true force f in its fingertip frame:
+
+    reading = (1 + E a_i) exp([D d_i]x) f + n,    E = 25 %, D = 30 deg, |a_i| <= 1, |d_i| <= 1,
+    a_i = s a_i^const + (1 - s) a_i^wander(t),    d_i likewise.
+
+The constants are drawn once per robot, uniformly in the interval and in the unit ball: a calibration error.  The
+wandering parts are Ornstein-Uhlenbeck processes z(t) of unit variance, correlation time `wander_time`, squashed by
+z / sqrt(1 + |z|^2) into the open interval or ball: hysteresis and temperature of the gauges.  The white noise n has
+no place in the paper; without it a free finger would read exactly zero, which no gauge does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+
+from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.rotations import exp_so3
+from turnscrew.robot.joints import FINGERS
+
+K = len(FINGERS)
+
+
+@dataclass(frozen=True, slots=True)
+class ForceState:
+    """What the gauges remember between readings.
+
+    Attributes:
+        rng: Source of the noise; `update` advances it.
+        constant: (5, 4) constant parts: gain error a, then direction error d, of the unit interval and ball.
+        wander: (5, 4) the Gaussian processes z behind the wandering parts.
+        time: Of the last reading [s], NaN before the first.
+    """
+
+    rng: Generator
+    constant: Array
+    wander: Array
+    time: float
+
+
+@dataclass(frozen=True, slots=True)
+class FingertipForce:
+    """Parameters of the error model in the module's docstring.
+
+    Attributes:
+        magnitude_error: E, bound of the relative error in magnitude.
+        direction_error: D, bound of the error in direction [rad].
+        constant_share: s, the share of the bound that the constant part may take; the paper does not split its
+            figure, and a calibration error is the likelier half.
+        wander_time: Correlation time of the wandering part [s]: slower than a phase of a gait, faster than a run.
+        noise: Standard deviation of white noise per axis [N].
+
+    Paper: footnote 7: "The estimation deviated <= 25 % in magnitude and <= 30 deg in direction".
+    """
+
+    magnitude_error: float = 0.25
+    direction_error: float = np.deg2rad(30.0)
+    constant_share: float = 0.6
+    wander_time: float = 3.0
+    noise: float = 0.03
+
+    def init(self, rng: Generator) -> ForceState:
+        """Draw this robot's constant errors and where the wandering ones start."""
+        direction = rng.normal(size=(K, 3))
+        direction *= np.cbrt(rng.random((K, 1))) / np.linalg.norm(direction, axis=1, keepdims=True)
+        constant = np.column_stack([rng.uniform(-1.0, 1.0, K), direction])
+        return ForceState(rng, constant, rng.normal(size=(K, 4)), np.nan)
+
+    def update(self, state: ForceState, f_F: Array, time: float) -> tuple[ForceState, Array]:
+        """Read the fingertips.
+
+        Args:
+            state: Of the last reading.
+            f_F: (5, 3) true force that each fingertip exerts on what it touches, in its frame F [N].
+            time: Now [s].
+
+        Returns:
+            The new state, and the (5, 3) reading in F [N].
+        """
+        dt = 0.0 if np.isnan(state.time) else time - state.time
+        keep = np.exp(-dt / self.wander_time)
+        kick = state.rng.normal(size=(K, 4)) * np.sqrt(1.0 - keep * keep)
+        moved = ForceState(state.rng, state.constant, keep * state.wander + kick, time)
+        error = self.error(moved)
+        reading = np.empty((K, 3))
+        for i in range(K):
+            reading[i] = (1.0 + error[i, 0]) * (exp_so3(error[i, 1:]) @ f_F[i])
+        return moved, reading + state.rng.normal(0.0, self.noise, (K, 3))
+
+    def error(self, state: ForceState) -> Array:
+        """(5, 4) error now in force: relative gain, and rotation vector in F [rad]."""
+        z = state.wander
+        gain = z[:, :1] / np.sqrt(1.0 + z[:, :1] ** 2)
+        turn = z[:, 1:] / np.sqrt(1.0 + np.sum(z[:, 1:] ** 2, axis=1, keepdims=True))
+        unit = self.constant_share * state.constant + (1.0 - self.constant_share) * np.hstack([gain, turn])
+        bound: Array = np.array([self.magnitude_error, *[self.direction_error] * 3])
+        return unit * bound

@@ -1,0 +1,1 @@
+"""What people look at: progress while a run goes on, and its film afterwards."""

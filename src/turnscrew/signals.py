@@ -1,0 +1,192 @@
+"""What passes between the rooms of the loop: frozen messages, in SI units, named by monogram notation.
+
+Joint vectors have n = 28 entries in the order of `turnscrew.robot.joints.JOINTS` (4 of the arm, 24 of the
+hand).  Per-finger arrays have five rows in the order of `FINGERS`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from turnscrew.geometry.arrays import Array, Flags
+
+
+@dataclass(frozen=True, slots=True)
+class Vision:
+    """One camera frame's tool pose, as it arrives (late).
+
+    Attributes:
+        stamp: Time of exposure [s]; the frame arrives `latency` later.
+        p_WT: (3,) tip position in W [m].
+        R_WT: (3, 3) orientation of the tool.
+    """
+
+    stamp: float
+    p_WT: Array
+    R_WT: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """All that the robot knows at a tick.
+
+    Attributes:
+        time: Time of the reading [s].
+        q: (28,) encoder readings [rad].
+        v: (28,) joint speeds from the encoders [rad/s].
+        f_F: (5, 3) force that each fingertip exerts on what it touches, in the fingertip's frame F [N].
+        vision: The camera frame that arrived since the last tick, if any.
+    """
+
+    time: float
+    q: Array
+    v: Array
+    f_F: Array
+    vision: Vision | None
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """What the loop believes about tool, contacts and screw.
+
+    Attributes:
+        time: [s].
+        q: (28,) joint angles with the learned encoder offsets removed [rad].
+        v: (28,) joint speeds [rad/s].
+        p_WT: (3,) tip position in W [m].
+        R_WT: (3, 3) orientation of the tool.
+        nu: (6,) velocity of T, linear first, expressed in T [m/s, rad/s].
+        radius: Handle radius as learned [m].
+        p_WS: (3,) bottom centre of the screw's drive in W, with the learned offset [m].
+        theta: Angle by which the screw has been turned in, >= 0 when fastening [rad].
+        touching: (5,) which fingertips touch.
+        f_W: (5, 3) low-passed force of each fingertip on the tool, in W [N].
+        c_W: (5, 3) contact points on the handle (closest points where a finger is free), in W [m].
+        n_W: (5, 3) handle's outward unit normals there, in W.
+        gap: (5,) distance between fingertip and handle [m].
+        F_s: (6,) wrench of the screw on the tool, in T, force first [N, N.m].
+        status: What the pose refinement said of its last frame: "warm", "cold" (solved from the last or from a fresh
+            start), "relaxed" (with wider boxes), "predicted" (not at all) or "no contact".
+        p_WT_seen: (3,) the camera's last tip position, carried to now by odometry, in W [m]; NaN before the first.
+        R_WT_seen: (3, 3) the camera's last orientation, likewise.
+        p_WT_refined: (3,) tip position of the refinement (1)-(6), likewise.
+        R_WT_refined: (3, 3) orientation of the refinement, likewise.
+    """
+
+    time: float
+    q: Array
+    v: Array
+    p_WT: Array
+    R_WT: Array
+    nu: Array
+    radius: float
+    p_WS: Array
+    theta: float
+    touching: Flags
+    f_W: Array
+    c_W: Array
+    n_W: Array
+    gap: Array
+    F_s: Array
+    status: str
+    p_WT_seen: Array
+    R_WT_seen: Array
+    p_WT_refined: Array
+    R_WT_refined: Array
+
+
+class Role(IntEnum):
+    """What a finger does: move freely, feel for the handle, or carry the tool."""
+
+    FREE = 0
+    REACH = 1
+    GRIP = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """What the loop wants of the tool and of each finger at a tick.
+
+    Attributes:
+        phase: Name of the task's phase.
+        round: Rounds completed.
+        roles: (5,) a `Role` for each finger.
+        share: (5,) weight of a gripping finger in carrying the tool, 0 to 1; ramps bring fingers in and out.
+        squeeze: (5,) wanted normal force of a gripping finger [N].
+        approach: (5, 3) velocity in W of a fingertip that feels for the handle [m/s].
+        q_free: (28,) postures of the free fingers [rad].
+        q_guide: (28,) postures that a gripping finger with joints to spare keeps near [rad].
+        turn_rate: Wanted yaw rate of the tool [rad/s], negative when fastening.
+        tip_force: Wanted force of the screw on the tip along z of T [N].
+        v_palm: (3,) velocity in W at which the arm moves the palm [m/s].
+    """
+
+    phase: str
+    round: int
+    roles: NDArray[np.int_]
+    share: Array
+    squeeze: Array
+    approach: Array
+    q_free: Array
+    q_guide: Array
+    turn_rate: float
+    tip_force: float
+    v_palm: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """What the contacts are to do.
+
+    Attributes:
+        nu_d: (6,) reference velocity of T in T, linear first: the servo's acceleration, integrated [m/s, rad/s].
+        f_W: (5, 3) wanted force of each gripping fingertip on the tool, in W [N].
+        F_hd: (6,) wanted wrench of the hand on the tool, in T, force first [N, N.m].
+    """
+
+    nu_d: Array
+    f_W: Array
+    F_hd: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What this robot accepts.
+
+    Attributes:
+        q: (24,) position commands in encoder angles, in the order of `turnscrew.robot.joints.DRIVEN` [rad].
+        saturated: (24,) which commands were held back by a joint range.
+    """
+
+    q: Array
+    saturated: Flags
+
+
+class FaultKind(StrEnum):
+    """Expected trouble, as the supervisor names it."""
+
+    TIP_SLIP = "TIP_SLIP"
+    CAM_OUT = "CAM_OUT"
+    FINGER_SLIP = "FINGER_SLIP"
+    CONTACT_LOST = "CONTACT_LOST"
+    TOOL_DROPPED = "TOOL_DROPPED"
+    STALLED = "STALLED"
+    JOINT_LIMIT = "JOINT_LIMIT"
+    TORQUE_SATURATED = "TORQUE_SATURATED"
+    VISION_LOST = "VISION_LOST"
+    POSE_SUSPECT = "POSE_SUSPECT"
+    TIMEOUT = "TIMEOUT"
+    DIVERGED = "DIVERGED"
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Trouble with its evidence: a sentence with the figure that was exceeded."""
+
+    kind: FaultKind
+    time: float
+    evidence: str

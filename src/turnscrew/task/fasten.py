@@ -1,0 +1,189 @@
+"""One run: a scenario in, a screw turned, a record and a summary out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+
+from turnscrew.decide.plans import plan_for
+from turnscrew.geometry.euler import tilt
+from turnscrew.geometry.rotations import exp_so3
+from turnscrew.plant.cell import Cell
+from turnscrew.plant.truth import Truth
+from turnscrew.robot.model import RobotModel
+from turnscrew.signals import Fault
+from turnscrew.task.judge import Judge
+from turnscrew.task.loop import Loop, LoopState, Tick
+from turnscrew.task.record import Recorder
+from turnscrew.task.scenario_keys import Scenario
+from turnscrew.task.start import draw_start
+from turnscrew.task.summary import FaultEntry, Progress, Summary, versions
+from turnscrew.task.watch import Watch
+from turnscrew.task.wiring import build_blocks, build_cell, generators
+
+PROGRESS_PERIOD = 0.1
+"""Simulated time between two calls of a run's progress callback [s]."""
+
+OnProgress = Callable[[Progress], None]
+
+
+@dataclass
+class Run:
+    """A run under way: plant, loop and judge.
+
+    Attributes:
+        scenario: What is run.
+        cell: The plant.
+        loop: The loop over it.
+        state: The loop's state.
+        judge: Statistics from the truth.
+    """
+
+    scenario: Scenario
+    cell: Cell
+    loop: Loop
+    state: LoopState
+    judge: Judge
+
+    @classmethod
+    def begin(cls, scenario: Scenario) -> Run:
+        """Plans, draws the start and wires the loop.
+
+        Raises:
+            PlanError: no plan fits the handle, or the start is out of reach.
+        """
+        robot = RobotModel()
+        streams = generators(scenario.seed)
+        plan = plan_for(scenario.tool.handle.radius)
+        start = draw_start(scenario, plan, robot, streams["start"])
+        cell = build_cell(scenario, start)
+        blocks = build_blocks(scenario, plan, robot, start.believed_radius)
+        loop = Loop(blocks, Watch(scenario.goal.time_limit), 1.0 / scenario.rate.control)
+        sensors = blocks.sensors.init(streams["encoders"], streams["force"], streams["camera"])
+        believed = exp_so3(np.array([0.0, 0.0, scenario.screw.slot_yaw]))
+        state = loop.init(sensors, cell, plan.p_WS, believed)
+        return cls(scenario, cell, loop, state, Judge(loop.dt))
+
+    def tick(self) -> tuple[Tick, Truth]:
+        """One turn of the loop, judged; the plant does not move yet."""
+        truth = self.cell.truth()
+        self.state, tick = self.loop.tick(self.state, self.cell)
+        self.judge.watch(truth, tick)
+        return tick, truth
+
+    def reached_goal(self, tick: Tick) -> bool:
+        """Whether all that the scenario's goal names is reached, as far as the robot can know."""
+        goal, estimate = self.scenario.goal, tick.estimate
+        return (
+            (goal.rounds is None or tick.goal.round >= goal.rounds)
+            and (goal.angle is None or estimate.theta >= goal.angle)
+            and (goal.torque is None or estimate.F_s[5] >= goal.torque)
+        )
+
+
+def fasten(scenario: Scenario, out: Path, *, on_progress: OnProgress | None = None) -> Summary:
+    """Drives the screw until the scenario's goal is reached or a fault ends the run, and records it.
+
+    Args:
+        scenario: What to run.
+        out: Folder of the record.
+        on_progress: Called ten times a simulated second.
+
+    Returns:
+        The summary, which is also in the folder.
+
+    Raises:
+        PlanError: no plan fits the handle.
+        RecordError: the folder cannot be written.
+    """
+    with Recorder(out, scenario) as recorder:
+        run = Run.begin(scenario)
+        recorder.model(run.cell.xml)
+        began = perf_counter()
+        outcome, faults = "interrupted", list[Fault]()
+        try:
+            outcome = _turn(run, recorder, faults, began, on_progress)
+        finally:
+            recorder.step(run.cell.data)
+            summary = summarise(run, outcome, faults, perf_counter() - began)
+            recorder.finish(summary)
+    return summary
+
+
+def _turn(
+    run: Run, recorder: Recorder, faults: list[Fault], began: float, on_progress: OnProgress | None
+) -> str:
+    """Turns the loop until it is over; returns the outcome."""
+    due = 0.0
+    while True:
+        tick, truth = run.tick()
+        recorder.tick(run.cell.time, **signals(tick, truth))
+        if on_progress is not None and run.cell.time >= due:
+            due += PROGRESS_PERIOD
+            on_progress(progress(tick, run.cell.time / (perf_counter() - began)))
+        if tick.faults:
+            faults.extend(tick.faults)
+            return str(tick.faults[0].kind)
+        if run.reached_goal(tick):
+            return "goal"
+        for _ in range(run.scenario.steps_per_tick):
+            run.cell.prepare()
+            recorder.step(run.cell.data)
+            run.cell.step()
+
+
+def signals(tick: Tick, truth: Truth) -> dict[str, object]:
+    """What is recorded of a tick: every message that passed between the rooms, and the truth beside them."""
+    return {
+        "measurement": tick.measurement,
+        "estimate": tick.estimate,
+        "goal": tick.goal,
+        "effort": tick.effort,
+        "command": tick.command,
+        "truth": truth,
+    }
+
+
+def progress(tick: Tick, real_time_factor: float) -> Progress:
+    """What somebody who watches wants to see of a tick."""
+    estimate = tick.estimate
+    return Progress(
+        time=tick.measurement.time,
+        phase=tick.goal.phase,
+        round=tick.goal.round,
+        screw_angle=estimate.theta,
+        torque=float(estimate.F_s[5]),
+        tip_force=float(estimate.F_s[2]),
+        tilt=tilt(estimate.R_WT),
+        real_time_factor=real_time_factor,
+    )
+
+
+def summarise(run: Run, outcome: str, faults: list[Fault], wall_time: float) -> Summary:
+    """The summary of a run that has ended."""
+    judge, truth, time = run.judge, run.cell.truth(), run.cell.time
+    return Summary(
+        outcome=outcome,
+        rounds=judge.rounds,
+        turned_deg=float(np.degrees(truth.theta)),
+        advance_mm=truth.advance * 1e3,
+        final_torque_nm=truth.thread_torque,
+        max_tilt_deg=float(np.degrees(judge.max_tilt)),
+        tip_slip_mm=judge.tip_slip * 1e3,
+        finger_slip_mm=judge.finger_slip * 1e3,
+        sim_time_s=time,
+        wall_time_s=wall_time,
+        real_time_factor=time / wall_time,
+        pose_error=judge.pose_error(),
+        wrench_error=judge.wrench_error(),
+        force_error=judge.force_error(),
+        support_fraction=judge.support_fraction,
+        faults=[FaultEntry(kind=str(f.kind), time_s=f.time, evidence=f.evidence) for f in faults],
+        recoveries=[],
+        seed=run.scenario.seed,
+        versions=versions(),
+    )

@@ -1,0 +1,72 @@
+"""How a run begins: the tool stands in the screw's drive, thumb and middle finger have it (the paper's assumptions).
+
+What is drawn here is known to the plant alone; the robot believes in the scenario and the plan.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+
+from turnscrew.decide.plan import ROLLING, GaitPlan
+from turnscrew.errors import PlanError
+from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.rotations import exp_so3
+from turnscrew.robot.inverse_kinematics import Reach, place_fingertip
+from turnscrew.robot.joints import FINGERS
+from turnscrew.robot.model import RobotModel
+from turnscrew.task.scenario_keys import Scenario
+
+TIP_LIFT = 1e-4
+"""Height of the tip above the slot's floor [m]: a tilted blade's corner must not begin inside the floor."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """True state of the cell at time 0.
+
+    Attributes:
+        q: (28,) joint angles [rad].
+        p_WS: (3,) the drive's bottom centre in W [m].
+        p_WT: (3,) tip position in W [m].
+        R_WT: (3, 3) orientation of the tool.
+        believed_radius: Handle radius that the robot is told [m].
+    """
+
+    q: Array
+    p_WS: Array
+    p_WT: Array
+    R_WT: Array
+    believed_radius: float
+
+
+def draw_start(scenario: Scenario, plan: GaitPlan, robot: RobotModel, rng: Generator) -> Start:
+    """Draws calibration error, start tilt and offset, and closes TH and MF on the handle where it really is.
+
+    Raises:
+        PlanError: the drawn start is out of the fingers' reach.
+    """
+    p_WS = plan.p_WS + rng.normal(size=3) * np.array(scenario.sense.calibration_error)
+    believed_radius = scenario.tool.handle.radius + rng.normal() * scenario.sense.radius_error
+    slot = exp_so3(np.array([0.0, 0.0, scenario.screw.slot_yaw]))
+    direction = rng.uniform(-np.pi, np.pi)
+    tilt = scenario.start.tool_tilt * np.array([np.cos(direction), np.sin(direction), 0.0])
+    R_WT = exp_so3(tilt) @ slot
+    # a tilted edge's lower corner stands on the floor
+    corner = abs(R_WT[2, 0]) * scenario.tool.blade_width / 2
+    along = rng.choice([-1.0, 1.0]) * scenario.start.tool_offset * slot[:, 0]
+    p_WT = p_WS + along + np.array([0.0, 0.0, corner + TIP_LIFT])
+    q = plan.rolling(0.0)
+    planned = robot.fingertips(q)
+    # the plan's contacts, carried to where the tool really is: rigidly, but for its yaw, which no contact sees
+    carry = R_WT @ slot.T
+    for finger in ROLLING:
+        row = FINGERS.index(finger)
+        target = p_WT + carry @ (planned.p_WF[row] - plan.p_WS)
+        found = place_fingertip(robot, finger, target, q, rng, starts=1)
+        if found.status is not Reach.SOLVED:
+            raise PlanError(f"start: {finger} cannot reach the handle ({found.residual * 1e3:.1f} mm off); tilt it less")
+        q = found.q
+    return Start(q, p_WS, p_WT, R_WT, believed_radius)
