@@ -6,13 +6,16 @@ because `R dc' = R_i dc_i` once the fingertip's frame is placed by (14) and a ch
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 from turnscrew.contact.rolling import Contact, contact_rates, slip_velocity
 from turnscrew.geometry.profiles import Capsule, Cylinder, TurnedHandle, barrel
 from turnscrew.geometry.rotations import exp_so3, log_so3
+
+assert_close = partial(np.testing.assert_allclose, rtol=0.0)
 
 STEP = 1e-5
 HANDLES = [
@@ -77,10 +80,10 @@ def test_rates_are_those_of_a_motion_that_rolls_exactly(handle, v):
         )
         expected = np.concatenate([motion.u_speed(0.0, motion.start), motion.xi_speed])
         # Central differences: STEP^2 / 6 = 2e-11 times third derivatives up to 1000 (speeds of 8 rad/s, cubed, twice).
-        assert_allclose(rates.rates, expected, atol=1e-7)
+        assert_close(rates.rates, expected, atol=1e-7)
 
         # The same motion satisfies (13), which was not used to build it.
         c_W = p_WT + R_WT @ handle.point(*motion.xi)
         V_WT = np.concatenate([motion.v_T, R_WT @ motion.omega_T])
         V_WF = np.concatenate([(p_after - p_before) / (2.0 * STEP), R_WF @ omega_F])
-        assert_allclose(slip_velocity(c_W, p_WT, V_WT, p_WF, V_WF), 0.0, atol=1e-7)  # differences, as above
+        assert_close(slip_velocity(c_W, p_WT, V_WT, p_WF, V_WF), 0.0, atol=1e-7)  # differences, as above

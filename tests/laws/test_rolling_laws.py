@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
 
 from turnscrew.contact.rolling import Contact, closure, contact_rates, roll, rolling_system, slip_velocity
 from turnscrew.geometry.closest import closest_points
 from turnscrew.geometry.profiles import Capsule, Cylinder, TurnedHandle, barrel, tapered
 from turnscrew.geometry.rotations import cross, exp_so3
+
+assert_close = partial(np.testing.assert_allclose, rtol=0.0)
 
 HANDLES = {
     "cylinder": Cylinder(0.018, 0.08, 0.18),
@@ -54,7 +57,7 @@ def test_the_papers_system_has_rank_four_and_the_closed_form_solves_it(pair):
         rates = contact_rates(*pair, contact, R_WT, omegas[:3], R_WF, omegas[3:])
         assert rates.regular
         # All six equations hold, though four unknowns: rounding of entries up to 140 / m times metres.
-        assert_allclose(A @ rates.rates, B @ omegas, atol=1e-12)
+        assert_close(A @ rates.rates, B @ omegas, atol=1e-12)
 
 
 def test_both_surfaces_are_swept_by_one_velocity(pair):
@@ -63,8 +66,8 @@ def test_both_surfaces_are_swept_by_one_velocity(pair):
         rates = contact_rates(handle, tip, contact, R_WT, rng.normal(size=3), R_WF, rng.normal(size=3))
         over_tip = R_WF @ tip.tangents(*contact[:2]) @ rates.rates[:2]
         over_handle = R_WT @ handle.tangents(*contact[2:]) @ rates.rates[2:]
-        assert_allclose(over_tip, rates.sweep_W, atol=1e-14)  # rounding
-        assert_allclose(over_handle, rates.sweep_W, atol=1e-14)
+        assert_close(over_tip, rates.sweep_W, atol=1e-14)  # rounding
+        assert_close(over_handle, rates.sweep_W, atol=1e-14)
 
 
 def rolled(handle, tip, state, omega_T, omega_F, dt, steps):
@@ -107,7 +110,7 @@ def test_after_rolling_without_slip_the_closest_points_are_the_integrated_contac
         error[[0, 2]] = (error[[0, 2]] + np.pi) % (2.0 * np.pi) - np.pi
         assert points.gap == pytest.approx(0.0, abs=2e-7)  # the integration's error, as above, times 10 mm
         # The contact's own error is that of the normals over the sine of the crossing angle, which is above 0.25.
-        assert_allclose(error * [0.01, 0.01, 0.018, 1.0], 0.0, atol=1e-6)
+        assert_close(error * [0.01, 0.01, 0.018, 1.0], 0.0, atol=1e-6)
 
 
 def test_slip_is_zero_for_the_motion_that_rolls_and_the_added_velocity_otherwise(pair):
@@ -117,4 +120,4 @@ def test_slip_is_zero_for_the_motion_that_rolls_and_the_added_velocity_otherwise
         V_WT, omega_WF, extra = rng.normal(size=6), rng.normal(size=3), rng.normal(size=3)
         v_WF = V_WT[:3] + np.cross(V_WT[3:], c_W - p_WT) - np.cross(omega_WF, c_W - p_WF)
         slip = slip_velocity(c_W, p_WT, V_WT, p_WF, np.concatenate([v_WF - extra, omega_WF]))
-        assert_allclose(slip, extra, atol=1e-14)  # rounding
+        assert_close(slip, extra, atol=1e-14)  # rounding

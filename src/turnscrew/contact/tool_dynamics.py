@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
-from turnscrew.geometry.rotations import skew
+from turnscrew.geometry.rotations import cross, skew
 
 GRAVITY_W = np.array([0.0, 0.0, -9.81])
 
@@ -20,21 +20,22 @@ class ToolInertia:
         mass: [kg].
         com: (3,) centre of mass o in T [m].
         inertia: (3, 3) inertia about the centre of mass, axes of T [kg.m2].
+        M: (6, 6) mass matrix of (7) about the origin of T, linear rows first: [m 1, -m [o]x; m [o]x, I - m [o]x [o]x].
     """
 
     mass: float
     com: Array
     inertia: Array
+    M: Array = field(init=False, repr=False, compare=False)
 
-    def mass_matrix(self) -> Array:
-        """(6, 6) M of (7), about the origin of T, linear rows first: [m 1, -m [o]x; m [o]x, I - m [o]x [o]x]."""
-        o = self.mass * skew(self.com)
-        return np.block([[self.mass * np.eye(3), -o], [o, self.inertia_at_tip()]])
-
-    def inertia_at_tip(self) -> Array:
-        """(3, 3) I - m [o]x [o]x, the inertia about the origin of T [kg.m2]."""
+    def __post_init__(self) -> None:
         o = skew(self.com)
-        return self.inertia - self.mass * (o @ o)
+        M = np.zeros((6, 6))
+        M[:3, :3] = self.mass * np.eye(3)
+        M[3:, :3] = self.mass * o
+        M[:3, 3:] = -M[3:, :3]
+        M[3:, 3:] = self.inertia - self.mass * (o @ o)
+        object.__setattr__(self, "M", M)
 
     def bias(self, R_WT: Array, nu: Array) -> Array:
         """(6,) C of (7): fictitious forces and gravity, in T, force first [N, N.m].
@@ -45,8 +46,8 @@ class ToolInertia:
             R_WT: (3, 3) orientation of the tool.
             nu: (6,) velocity of T in T, linear first [m/s, rad/s].
         """
-        v, W = nu[:3], skew(nu[3:])
-        fall = W @ v - R_WT.T @ GRAVITY_W
-        force = self.mass * (fall + W @ (W @ self.com))
-        torque = W @ (self.inertia_at_tip() @ nu[3:]) + self.mass * (skew(self.com) @ fall)
+        v, omega = nu[:3], nu[3:]
+        fall = cross(omega, v) - R_WT.T @ GRAVITY_W
+        force = self.mass * (fall + cross(omega, cross(omega, self.com)))
+        torque = cross(omega, self.M[3:, 3:] @ omega) + self.mass * cross(self.com, fall)
         return np.concatenate([force, torque])

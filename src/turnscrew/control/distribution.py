@@ -30,19 +30,17 @@ class Distribution:
     friction: float = 0.6
     most: float = 9.0
     rate: float = 8.0
-    reach: float = 4.0
+    reach: float = 6.0
 
     def init(self) -> Array:
         """No correction: (2,) one for each of `PAIRS` [N]."""
         return np.zeros(len(PAIRS))
 
-    def update(
-        self, state: Array, goal: Goal, estimate: Estimate, F_hd: Array, dt: float
-    ) -> tuple[Array, Array]:
+    def update(self, state: Array, goal: Goal, estimate: Estimate, F_hd: Array, dt: float) -> tuple[Array, Array]:
         """One tick.
 
         A pair's readings are averaged before they are integrated: integrals of single biased readings would push the
-        tool to one side without end.
+        tool to one side without end.  A finger that has touched before its partner is held to its own.
 
         Args:
             state: (2,) integral of each pair's missing squeeze [N].
@@ -78,12 +76,12 @@ class Distribution:
         pressing = -(estimate.f_W * estimate.n_W).sum(axis=1)
         state = state.copy()
         for index, pair in enumerate(PAIRS):
-            rows = list(pair)
-            if (goal.share[rows] > 0).all():
-                error = float((wanted - pressing)[rows].mean())
-                state[index] = min(max(state[index] + self.rate * error * dt, -self.reach), self.reach)
-            else:
+            rows = [row for row in pair if goal.share[row] > 0]
+            if not rows:
                 state[index] = 0.0
+                continue
+            error = float((wanted - pressing)[rows].mean())
+            state[index] = min(max(state[index] + self.rate * error * dt, -self.reach), self.reach)
         return state
 
     def _correction(self, state: Array, goal: Goal) -> Array:

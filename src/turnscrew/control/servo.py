@@ -96,7 +96,7 @@ class HybridServo:
         limit = self.force_limit / self.kf
         force_integral = min(max(state.force_integral + force_error * dt, -limit), limit)
         F_sc = np.array([0.0, 0.0, goal.tip_force + self.kf * force_integral, *estimate.F_s[3:]])
-        F_hd = self.tool.mass_matrix() @ alpha + self.tool.bias(estimate.R_WT, nu_d) - F_sc
+        F_hd = self.tool.M @ alpha + self.tool.bias(estimate.R_WT, nu_d) - F_sc
         return ServoState(yaw_d, integral, force_integral, gammadot), nu_d, F_hd
 
 

@@ -151,9 +151,9 @@ class Gait:
         if phase is Phase.RETURN:
             return state.gripping | (TH_MF & estimate.touching)
         if clock > self.take and phase is Phase.LEAVE:
-            return state.gripping & ~TH_MF
+            return np.asarray(state.gripping & ~TH_MF)
         if clock > self.take and phase is Phase.REMOVE:
-            return state.gripping & ~FF_RF
+            return np.asarray(state.gripping & ~FF_RF)
         return state.gripping
 
     def _share(self, state: GaitState) -> Array:
@@ -184,9 +184,12 @@ class Gait:
         s = smooth((state.clock - start) / length)
         path = {
             Phase.ADD: self.plan.adding, Phase.LEAVE: self.plan.leaving, Phase.RELOCATE: self.plan.relocating,
-            Phase.REMOVE: lambda s: self.plan.adding(1.0 - s, rolled=0.0),
+            Phase.REMOVE: self._removing,
         }[state.phase]  # fmt: skip
         return np.asarray(path(s) + (1 - s) * (state.q_from - path(0.0)) + s * (state.q_target - path(1.0)))
+
+    def _removing(self, s: float) -> Array:
+        return self.plan.adding(1.0 - s, rolled=0.0)
 
     def _goal(self, state: GaitState, estimate: Estimate) -> Goal:
         reaching = self._reaching(state)

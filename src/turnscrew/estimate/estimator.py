@@ -2,6 +2,13 @@
 
 Each tick: touch flags, rolling odometry, the filter's prediction, the tip's wrench.  At each camera frame (or at the
 same pace while frames fail to come): the filter's correction, and III-A on the filter's corrected fingertips.
+
+Which pose is handed on.  The position is the filter's.  The orientation is III-A's where it was solved within its
+boxes, with the filter's orientation as rbar: where the filter's pose satisfies (1)-(5), that is the filter's own (767
+of 768 frames of the synthetic gait of the tests), and where it does not, the nearest that does (there 5-10 %
+nearer to the truth).  So III-A certifies each frame, in 2-4 ms, and `Estimate.status` tells.  With the camera's
+orientation as rbar, which is the paper's choice, III-A alone errs by .6 mm / .5 deg tilt / 1.4 deg yaw, for it forgets
+all frames but one; the filter by .5 / .3 / .5, and the camera by 5.2 / 2.9 / 2.1 (the same gait, first two rounds).
 """
 
 from __future__ import annotations
@@ -20,7 +27,7 @@ from turnscrew.estimate.correction import Correction, Corrector
 from turnscrew.estimate.filter_state import FilterState, Prior
 from turnscrew.estimate.handle_contacts import HandleContacts, capsules_of, handle_contacts
 from turnscrew.estimate.odometry import RollingOdometry
-from turnscrew.estimate.pose_refine import PoseRefiner
+from turnscrew.estimate.pose_refine import PoseRefiner, Refinement
 from turnscrew.estimate.refine_step import Refined, refine
 from turnscrew.estimate.screw_angle import AngleState, ScrewAngle
 from turnscrew.estimate.tip_wrench import TipWrench, WrenchState
@@ -42,8 +49,12 @@ NO_CONTACT = "no contact"
 NO_DATA = Pose(np.full(3, np.nan), np.full((3, 3), np.nan))
 
 
+SOLVED = (Refinement.WARM.value, Refinement.COLD.value)
+"""Statuses of a frame solved within the boxes of (1)-(5)."""
+
+
 class Reference(StrEnum):
-    """Which orientation is rbar of (6)."""
+    """Which orientation is rbar of (6): the filter's, which has heard all frames, or the camera's, as in the paper."""
 
     FILTER = "filter"
     CAMERA = "camera"
@@ -227,6 +238,7 @@ class ToolEstimator:
             tips=tips,
             contacts=self._contacts(done.state, tips, state.capsules),
             seen=state.seen if seen is None else seen,
+            polished=Pose(done.state.p_WT, done.state.R_WT),
         )
         return state if seen is None else self._refine(state, said + done.state.b_W, seen)
 
@@ -234,7 +246,7 @@ class ToolEstimator:
         """III-A with the fingers whose contact the filter believes."""
         rows = state.correction.contacts if state.correction is not None else ()
         if not rows:
-            return replace(state, status=NO_CONTACT, refined=None, polished=Pose(state.filter.p_WT, state.filter.R_WT))
+            return replace(state, status=NO_CONTACT, refined=None)
         R_bar = seen.R_WT if self.reference is Reference.CAMERA else state.filter.R_WT
         tip = state.capsules[FINGERS.index("FF")]
         refined = refine(
@@ -243,20 +255,25 @@ class ToolEstimator:
         pose = Pose(refined.pose.p_WT, refined.pose.R_WT)
         return replace(state, refined=refined, polished=pose, status=refined.pose.status.value)
 
+    def _orientation(self, state: EstimatorState) -> Array:
+        """What is handed on: III-A's orientation where it was solved within its boxes, otherwise the filter's."""
+        return state.polished.R_WT if state.status in SOLVED else state.filter.R_WT
+
     def _conclude(self, state: EstimatorState, measurement: Measurement, dt: float) -> tuple[EstimatorState, Estimate]:
         """Tip wrench and message."""
         f, contacts, touching = state.filter, state.contacts, state.touch.touching
+        R_WT = self._orientation(state)
         nu = np.concatenate([[0.0, 0.0, self.wrench.advance(float(state.omega_T[2]))], state.omega_T])
         f_W = state.touch.f_W * touching[:, None]
         F_W = grasp_matrix(contacts.c_W, f.p_WT) @ f_W.ravel()
-        F_h = np.concatenate([f.R_WT.T @ F_W[:3], f.R_WT.T @ F_W[3:]])
-        wrench, F_s = self.wrench.update(state.wrench, F_h, f.R_WT, nu, state.angle.theta, dt)
+        F_h = np.concatenate([R_WT.T @ F_W[:3], R_WT.T @ F_W[3:]])
+        wrench, F_s = self.wrench.update(state.wrench, F_h, R_WT, nu, state.angle.theta, dt)
         estimate = Estimate(
             time=measurement.time,
             q=measurement.q - f.joint_offset(),
             v=measurement.v,
             p_WT=f.p_WT,
-            R_WT=f.R_WT,
+            R_WT=R_WT,
             nu=nu,
             radius=self.handle.meridian(0.5 * sum(self.handle.domain)).r + f.radius_error,
             p_WS=self._screw(state) + f.b_W,

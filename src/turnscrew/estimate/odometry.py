@@ -29,14 +29,14 @@ class RollingOdometry:
     """Weights of the least squares, as speeds, so that the answer does not depend on the tick.
 
     Attributes:
-        slip_speed: s_d [m/s]: what a contact's speed may differ from rolling by; a grasp that slips .2 mm in a stroke
-            of 1 s does so in jerks of some milliseconds.
+        slip_speed: s_d [m/s]: what a contact's speed may differ from rolling by.  Two opposed fingers then outweigh the
+            prior by 300 in tilt and 6000 in yaw.
         tilt_rate: s_t [rad/s]: 6 deg/s, a push of 5 N tilts by 3-4 deg in half a second.  It decides only where one
             finger alone touches, whose tangential motion is then read as yaw.
         yaw_rate: s_y [rad/s]: weak, far above any stroke.
     """
 
-    slip_speed: float = 0.005
+    slip_speed: float = 0.001
     tilt_rate: float = 0.1
     yaw_rate: float = 3.0
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from time import perf_counter
 from typing import Any
@@ -188,7 +188,8 @@ class PoseRefiner:
                 break
         bounds = problem.bounds(frame, self.tolerances)
         residuals = _residuals(problem, frame, x0, parameters, bounds)
-        said = said or [NOT_FINITE]
+        if not said:
+            said, residuals = [NOT_FINITE], replace(residuals, excess=np.inf)
         return _answer(problem, frame, x0, Refinement.PREDICTED, said, iterations, residuals, began, None)
 
     def _ladder(self, guess: Guess) -> list[tuple[Refinement, Tolerances]]:
@@ -200,8 +201,20 @@ class PoseRefiner:
         r = quaternion_from_matrix(guess.R_WT)
         # q and -q are one rotation; starting on the side of rbar keeps the path short.
         r = r if float(r @ frame.r_bar) >= 0.0 else -r
-        contacts = np.column_stack([guess.tip_uv, guess.xi[:, :1], guess.xi[:, 1:] / problem.eta_unit])
+        uv = _in_chart(guess.tip_uv, frame.tip_radius / problem.tip.radius)
+        contacts = np.column_stack([uv, guess.xi[:, :1], guess.xi[:, 1:] / problem.eta_unit])
         return np.concatenate([(guess.p_WT - frame.p_WS) / UNIT, r, contacts.ravel()])
+
+
+def _in_chart(uv: Array, ratio: Array) -> Array:
+    """Contact parameters in another capsule's chart, which runs down the cylinder at its own radius a radian.
+
+    Args:
+        uv: (k, 2) parameters in the charts of the capsules as they are.
+        ratio: (k,) their radii over that of the capsule whose chart is wanted.
+    """
+    u, v = uv[:, 0], uv[:, 1]
+    return np.column_stack([u, np.where(v < 0.0, v * ratio, v)])
 
 
 def _finite(*arrays: Array) -> bool:
@@ -235,7 +248,7 @@ def _residuals(
     rows = g[1:].reshape(-1, G_PER_CONTACT)
     contacts = x[X_POSE:].reshape(-1, X_PER_CONTACT)
     predicted = np.column_stack([frame.xi[:, 0], frame.xi[:, 1] / problem.eta_unit])
-    excess = max(float(np.max(side)) for side in (lbx - x, x - ubx, lbg - g, g - ubg))
+    excess = float(np.max(np.concatenate([lbx - x, x - ubx, lbg - g, g - ubg])))
     return Residuals(
         tip=UNIT * float(np.max(np.abs(x[:3]))),
         contact=UNIT * np.max(np.abs(rows[:, :3]), axis=1),
@@ -262,7 +275,7 @@ def _answer(
         p_WT=frame.p_WS + UNIT * x[:3],
         R_WT=matrix_from_quaternion(x[3:7]),
         xi=np.column_stack([contacts[:, 2], contacts[:, 3] * problem.eta_unit]),
-        tip_uv=contacts[:, :2].copy(),
+        tip_uv=_in_chart(contacts[:, :2], problem.tip.radius / frame.tip_radius),
         status=rung,
         solver_statuses=tuple(said),
         iterations=iterations,

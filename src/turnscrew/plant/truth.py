@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -51,6 +52,15 @@ class Truth:
     c_W: Array
 
 
+class Touch(NamedTuple):
+    """A contact: its geoms, its point in W [m], and the force of the first on the second in W [N]."""
+
+    one: int
+    other: int
+    point: Array
+    force: Array
+
+
 class ContactReader:
     """Finds the contacts of fingertips, tool and screw in a state."""
 
@@ -72,46 +82,54 @@ class ContactReader:
         self._slide = int(model.joint("screw_advance").qposadr[0])
         self._thread = model.actuator("thread").id
         self._depth = 2 * float(model.geom("slot_left").size[2])
+        self._watched = self._is_tool | (self._row >= 0)
         self._force = np.zeros(6)
+        self._time = np.nan
+        self._found: list[Touch] = []
 
-    def _forces(self, data: mujoco.MjData, wanted: Flags) -> list[tuple[int, int, Array, Array]]:
-        """Contacts with a wanted geom: both geoms, point and force of the first on the second, in W."""
-        found = []
-        pairs = data.contact.geom
-        for index in np.flatnonzero(wanted[pairs].any(axis=1)):
-            mujoco.mj_contactForce(self._model, data, index, self._force)
-            frame = data.contact.frame[index].reshape(3, 3)
-            one, other = int(pairs[index, 0]), int(pairs[index, 1])
-            found.append((one, other, data.contact.pos[index], self._force[:3] @ frame))
-        return found
+    def _contacts(self, data: mujoco.MjData) -> list[Touch]:
+        """Contacts of fingertips and tool in this state; worked out once a state."""
+        if data.time != self._time:
+            self._time = data.time
+            pairs = data.contact.geom
+            frames, points = data.contact.frame, data.contact.pos
+            self._found = []
+            for index in np.flatnonzero(self._watched[pairs].any(axis=1)).tolist():
+                mujoco.mj_contactForce(self._model, data, index, self._force)
+                one, other = pairs[index].tolist()
+                force = self._force[:3] @ frames[index].reshape(3, 3)
+                self._found.append(Touch(one, other, points[index].copy(), force))
+        return self._found
 
     def fingertip_forces(self, data: mujoco.MjData) -> Array:
         """Force (5, 3) of each fingertip on whatever it touches, in its frame F [N]."""
         forces = np.zeros((5, 3))
-        for one, other, _, force in self._forces(data, self._row >= 0):
-            if self._row[one] >= 0:
-                forces[self._row[one]] += force
-            if self._row[other] >= 0:
-                forces[self._row[other]] -= force
+        for touch in self._contacts(data):
+            if self._row[touch.one] >= 0:
+                forces[self._row[touch.one]] += touch.force
+            if self._row[touch.other] >= 0:
+                forces[self._row[touch.other]] -= touch.force
         R = data.xmat[self._tip_bodies].reshape(5, 3, 3)
-        return np.matmul(forces[:, None, :], R)[:, 0]
+        return np.asarray(np.matmul(forces[:, None, :], R)[:, 0])
 
     def truth(self, data: mujoco.MjData) -> Truth:
         """The whole truth at a state."""
         p_WT, R_WT = data.xpos[self.tool_body].copy(), data.xmat[self.tool_body].reshape(3, 3).copy()
         p_WS = data.xpos[self._screw_body].copy()
         f_W, wrench, c_W = np.zeros((5, 3)), np.zeros(6), np.full((5, 3), np.nan)
-        for one, other, point, force in self._forces(data, self._is_tool):
-            if self._is_tool[one]:
-                one, other, force = other, one, -force
-            if self._row[one] >= 0:
-                f_W[self._row[one]] += force
-                c_W[self._row[one]] = point
-            elif self._is_slot[one]:
+        for touch in self._contacts(data):
+            toucher, force = touch.one, touch.force
+            if self._is_tool[touch.one]:
+                toucher, force = touch.other, -force
+            elif not self._is_tool[touch.other]:
+                continue
+            if self._row[toucher] >= 0:
+                f_W[self._row[toucher]] += force
+                c_W[self._row[toucher]] = touch.point
+            elif self._is_slot[toucher]:
                 wrench[:3] += force
-                wrench[3:] += cross(point - p_WT, force)
-        offset = p_WT - p_WS
-        in_plane = data.xmat[self._screw_body].reshape(3, 3).T @ offset
+                wrench[3:] += cross(touch.point - p_WT, force)
+        in_slot = (p_WT - p_WS) @ data.xmat[self._screw_body].reshape(3, 3)
         return Truth(
             p_WT=p_WT,
             R_WT=R_WT,
@@ -122,7 +140,7 @@ class ContactReader:
             F_s=np.concatenate([wrench[:3] @ R_WT, wrench[3:] @ R_WT]),
             f_W=f_W,
             touching=np.linalg.norm(f_W, axis=1) > TOUCH_FORCE,
-            tip_in_drive=bool(abs(in_plane[2]) < self._depth and float(np.hypot(in_plane[0], in_plane[1])) < IN_DRIVE),
+            tip_in_drive=bool(abs(in_slot[2]) < self._depth and float(np.hypot(in_slot[0], in_slot[1])) < IN_DRIVE),
             V_WT=self._velocity(data, self.tool_body),
             p_WF=data.xpos[self._tip_bodies].copy(),
             V_WF=np.array([self._velocity(data, body) for body in self._tip_bodies]),

@@ -132,7 +132,7 @@ class RobotModel:
         self._data.qvel[:] = v
         mujoco.mj_fwdPosition(self._model, self._data)
         mujoco.mj_fwdVelocity(self._model, self._data)
-        return self._data.qfrc_bias.copy()
+        return np.array(self._data.qfrc_bias)
 
     def gravity(self, q: Array) -> Array:
         """N (28,) of (18): torques that hold the robot against gravity [N.m]."""

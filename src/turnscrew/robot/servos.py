@@ -53,5 +53,3 @@ def add_servos(spec: mujoco.MjSpec) -> None:
 def stiffness_vector() -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     """Proportional gains (24,) in the order of `DRIVEN` [N.m/rad]."""
     return np.array([stiffness(joint) for joint in DRIVEN])
-
-

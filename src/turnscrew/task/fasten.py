@@ -114,9 +114,7 @@ def fasten(scenario: Scenario, out: Path, *, on_progress: OnProgress | None = No
     return summary
 
 
-def _turn(
-    run: Run, recorder: Recorder, faults: list[Fault], began: float, on_progress: OnProgress | None
-) -> str:
+def _turn(run: Run, recorder: Recorder, faults: list[Fault], began: float, on_progress: OnProgress | None) -> str:
     """Turns the loop until it is over; returns the outcome."""
     due = 0.0
     while True:

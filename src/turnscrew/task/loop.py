@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from turnscrew.actuate.position import DRIVEN_INDEX
 from turnscrew.control.controller import ControllerState
 from turnscrew.decide.gait import GaitState
@@ -86,9 +84,7 @@ class Loop:
         gait, goal = blocks.gait.update(state.gait, estimate, dt)
         watch, faults = self.watch.update(state.watch, measurement, estimate, goal, dt)
         controller, effort = blocks.controller.update(state.controller, goal, estimate, dt)
-        adapter, command = blocks.adapter.update(
-            state.adapter, goal, effort, estimate, measurement.q - estimate.q, dt
-        )
+        adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, measurement.q - estimate.q, dt)
         # the servos close their loops on the encoders, whose zeros are off by what only the plant knows
         plant.write(command.q - sensors.encoders.offset[DRIVEN_INDEX])
         following = LoopState(sensors, estimator, watch, gait, controller, adapter)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from enum import Enum
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +43,9 @@ class SignalTable:
         if self.rows == self._capacity:
             raise RecordError("more ticks than plant steps: log each step as well as each tick")
         row = self._values[self.rows]
-        for path, value in _leaves("", signals):
+        leaves: list[tuple[str, Any]] = []
+        _gather("", signals, leaves)
+        for path, value in leaves:
             if isinstance(value, str):
                 self._word(path, value)
                 continue
@@ -53,7 +56,7 @@ class SignalTable:
             if isinstance(value, np.ndarray):
                 if value.size != slot.stop - slot.start:
                     raise RecordError(f"{path}: changed its size from {slot.stop - slot.start} to {value.size}")
-                row[slot] = value.ravel()
+                row[slot] = value if value.ndim == 1 else value.ravel()
             else:
                 row[slot.start] = value
         self.rows += 1
@@ -148,42 +151,43 @@ def _missing(like: np.ndarray, rows: int) -> np.ndarray:
     return np.full(rows, "", dtype=like.dtype) if like.dtype.kind == "U" else np.full(rows, np.nan)
 
 
-def _leaves(path: str, value: object) -> Iterator[tuple[str, Any]]:
-    """Numbers, arrays and words of a nested value, each with its path."""
-    if value is None:
-        return
-    if isinstance(value, np.ndarray | float | int):
-        yield path, value
+def _gather(path: str, value: object, leaves: list[tuple[str, Any]]) -> None:
+    """Appends numbers, arrays and words of a nested value, each with its path."""
+    kind = type(value)
+    if kind is np.ndarray or kind is float:
+        leaves.append((path, value))
     elif isinstance(value, str):
-        yield path, str(value.value) if isinstance(value, Enum) else value
+        leaves.append((path, str(value.value) if isinstance(value, Enum) else value))
     elif isinstance(value, Mapping):
-        for name, inner in value.items():
-            yield from _leaves(f"{path}.{name}" if path else str(name), inner)
-    elif dataclasses.is_dataclass(value):
-        for name in _field_names(type(value)):
-            yield from _leaves(f"{path}.{name}", getattr(value, name))
+        for inner, entry in zip(_paths(path, tuple(value)), value.values(), strict=True):
+            _gather(inner, entry, leaves)
+    elif dataclasses.is_dataclass(kind):
+        names = _field_names(kind)
+        for inner, name in zip(_paths(path, names), names, strict=True):
+            _gather(inner, getattr(value, name), leaves)
+    elif isinstance(value, np.generic | float | int):
+        leaves.append((path, value))
     elif isinstance(value, Sequence):
-        yield from _sequence(path, value)
-    else:
-        raise RecordError(f"{path}: a {type(value).__name__} cannot be recorded")
+        leaves.append(_sequence(path, value))
+    elif value is not None:
+        raise RecordError(f"{path}: a {kind.__name__} cannot be recorded")
 
 
-def _sequence(path: str, value: Sequence[object]) -> Iterator[tuple[str, Any]]:
+@cache
+def _paths(path: str, names: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(f"{path}.{name}" if path else str(name) for name in names)
+
+
+def _sequence(path: str, value: Sequence[object]) -> tuple[str, Any]:
     """Numbers in a row are an array; anything else is told in words."""
     if value and all(isinstance(entry, float | int) for entry in value):
-        yield path, np.array(value, dtype=float)
-    else:
-        yield path, "; ".join(str(entry) for entry in value)
+        return path, np.array(value, dtype=float)
+    return path, "; ".join(str(entry) for entry in value)
 
 
-_FIELD_NAMES: dict[type, tuple[str, ...]] = {}
-
-
+@cache
 def _field_names(kind: Any) -> tuple[str, ...]:
-    names = _FIELD_NAMES.get(kind)
-    if names is None:
-        names = _FIELD_NAMES[kind] = tuple(field.name for field in dataclasses.fields(kind))
-    return names
+    return tuple(field.name for field in dataclasses.fields(kind))
 
 
 def _labels(path: str, shape: tuple[int, ...]) -> list[str]:

@@ -67,6 +67,8 @@ def draw_start(scenario: Scenario, plan: GaitPlan, robot: RobotModel, rng: Gener
         target = p_WT + carry @ (planned.p_WF[row] - plan.p_WS)
         found = place_fingertip(robot, finger, target, q, rng, starts=1)
         if found.status is not Reach.SOLVED:
-            raise PlanError(f"start: {finger} cannot reach the handle ({found.residual * 1e3:.1f} mm off); tilt it less")
+            raise PlanError(
+                f"start: {finger} cannot reach the handle ({found.residual * 1e3:.1f} mm off); tilt it less"
+            )
         q = found.q
     return Start(q, p_WS, p_WT, R_WT, believed_radius)

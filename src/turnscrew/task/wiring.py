@@ -107,9 +107,7 @@ def build_estimator(
         fingertips=robot.fingertips,
         handle=Cylinder(believed_radius, tool.contact_height - half, tool.contact_height + half),
         p_WS=plan.p_WS,
-        wrench=TipWrench(
-            inertia, scenario.screw.pitch, thread.stiffness if thread.law == "elastic" else None
-        ),
+        wrench=TipWrench(inertia, scenario.screw.pitch, thread.stiffness if thread.law == "elastic" else None),
     )
 
 
