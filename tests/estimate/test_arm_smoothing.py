@@ -27,5 +27,5 @@ def test_a_fifth_of_white_noise_is_left() -> None:
     for _ in range(20000):
         state, q, _ = smoother.update(state, rng.normal(size=28), np.zeros(28), DT)
         out.append(q[:N])
-    # critically damped g-h filter at dt/time = 1/30: deviation sqrt(5/4 x 1/30) = .204; correlated samples know it to 3 %
+    # critically damped g-h filter at dt/time = 1/30: sqrt(5/4 x 1/30) = .204; correlated samples know it to 3 %
     np.testing.assert_allclose(np.std(out), 0.204, rtol=0.06)

@@ -119,7 +119,7 @@ def test_prediction_turns_errors_along_and_spreads_them() -> None:
     after = f.predict(state, quarter, np.array([0, 0, -1e-4]), np.zeros(3), True, 0.005)
     # the large error about x is about y after a quarter turn; drift adds (.1 deg)^2 x 5 ms = 1.5e-8
     np.testing.assert_allclose((after.P[0, 0], after.P[1, 1]), (1e-6, 1e-4), atol=5e-8)
-    np.testing.assert_allclose(after.p_WT, P_WS + [0, 0, -1e-4], atol=1e-15)
+    np.testing.assert_allclose(after.p_WT, P_WS + np.array([0, 0, -1e-4]), atol=1e-15)
     np.testing.assert_allclose(after.R_WT, exp_so3(quarter) @ FOUR.R_WT, atol=1e-15)
     free = f.predict(state, np.zeros(3), np.zeros(3), np.zeros(3), False, 0.005)
     held = f.predict(state, np.zeros(3), np.zeros(3), np.zeros(3), True, 0.005)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from turnscrew.estimate import pose_problem as pose_problem_module
 from turnscrew.estimate import pose_refine
 from turnscrew.estimate.pose_problem import UNIT, PoseFrame, Tolerances, pose_problem
 from turnscrew.estimate.pose_refine import ANSWERS, NOT_FINITE, Answer, Guess, PoseRefiner, RefinedPose, Refinement
@@ -100,9 +101,11 @@ def second_opinion(handle: SurfaceOfRevolution, case: Case, tolerances: Toleranc
             {"type": "eq", "fun": lambda x: np.array([x[3:7] @ x[3:7] - 1.0])},
             {"type": "ineq", "fun": gaps},
         ],
-        options={"maxiter": 400, "ftol": 1e-11},
+        options={"maxiter": 400, "ftol": 1e-10},
     )
-    assert found.success, found.message
+    # "positive directional derivative" is how SLSQP says that its differences resolve no further descent
+    assert found.status in (0, 8), found.message
+    assert gaps(found.x).min() > -1e-6
     return float(abs(found.x[3:7] @ frame.r_bar)), found.x[3:7]
 
 
@@ -119,8 +122,9 @@ def test_optimum_is_the_second_solvers(name: str, k: int, seed: int) -> None:
     answer = PoseRefiner(tolerances).solve(pose_problem(handle, TIP, k), case.frame, case.guess())
     assert answer.status is Refinement.COLD
     objective, r = second_opinion(handle, case, tolerances)
-    # IPOPT's barrier stops 1e-6 short of the bounds' multipliers: .02 deg of 2 deg seen; SLSQP's differences likewise
-    assert abs(angle(answer.objective) - angle(objective)) < 0.03
+    # SLSQP's slopes are differences of 1e-8 and it knows the seam unblended, .3 deg of normal at its middle; IPOPT must
+    # not be worse than it by more than a hundredth of the noise, nor better by more than that seam gives
+    assert -0.1 < angle(answer.objective) - angle(objective) < 0.02
     between = np.degrees(np.linalg.norm(log_so3(answer.R_WT @ matrix_from_quaternion(r).T)))
     # the objective is flat across directions in which the answer is free: 0.1 deg beside 1 deg costs .005 deg
     assert between < 0.25
@@ -172,8 +176,10 @@ def test_answers_satisfy_the_papers_constraints_and_beat_vision(name: str) -> No
             c_i = case.frame.R_WF[i] @ tip.point(*answer.tip_uv[i]) + case.frame.p_WF[i]
             n_i = case.frame.R_WF[i] @ tip.normal(*answer.tip_uv[i])
             # (2), then (3) and (4), then the right side, then (5)
-            assert np.linalg.norm(c - c_i) <= 0.0005 + 1e-7
-            assert np.abs((answer.R_WT @ handle.unit_tangents(*answer.xi[i])).T @ n_i).max() <= 0.03 + 1e-5
+            # (.4 micrometre for the blended seam)
+            assert np.linalg.norm(c - c_i) <= 0.0005 + 5e-7
+            # on the unblended fingertip, whose normal differs by b / 4 = .005 at the seam
+            assert np.abs((answer.R_WT @ handle.unit_tangents(*answer.xi[i])).T @ n_i).max() <= 0.03 + 0.005
             assert (answer.R_WT @ handle.normal(*answer.xi[i])) @ n_i < -0.5
             step = (answer.xi[i] - case.frame.xi[i]) / [1.0, UNIT]
             assert np.linalg.norm(step) <= 0.02 + 1e-5
@@ -271,17 +277,21 @@ def test_every_solver_status_has_an_answer(status: str, monkeypatch: pytest.Monk
         assert all("bounds violated" in said_ for said_ in answer.solver_statuses)
 
 
-def test_far_side_of_the_handle_is_not_a_contact() -> None:
-    """A fingertip inside the handle, its skin touching the far wall from within: (3) and (4) alone would admit it."""
+def test_far_side_of_the_handle_is_not_a_contact(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fingertip inside the handle, its skin touching the wall from within: (3) and (4) alone would admit it."""
     handle = HANDLES["cylinder"]
-    case = grasp(handle, 2, 0)
-    p = case.frame.p_WF.copy()
+    case = grasp(handle, 2, 1)
+    p, uv = case.frame.p_WF.copy(), case.uv.copy()
+    R_F = case.frame.R_WF.copy()
     n = case.R_WT @ handle.normal(*case.xi[0])
-    p[0] -= 2.0 * RADII[0] * n
-    answer = solve(replace(case, frame=replace(case.frame, p_WF=p)))
-    assert answer.status is Refinement.PREDICTED
-    assert all(value > -0.5 or contact > 0.0003 for value, contact in
-               zip(answer.residuals.opposed[:1], answer.residuals.contact[:1], strict=True))  # fmt: skip
+    # a fingertip lying across the handle's axis, touching from within at v = 0, on its cylinder's upper rim
+    R_F[0] = aligning(np.array([1.0, 0.0, 0.0]), n, 0.4)
+    p[0] = case.p_WT + case.R_WT @ handle.point(*case.xi[0]) - RADII[0] * n
+    uv[0] = 0.0
+    inside = replace(case, uv=uv, frame=replace(case.frame, p_WF=p, R_WF=R_F))
+    assert solve(inside).status is Refinement.PREDICTED
+    monkeypatch.setattr(pose_problem_module, "OPPOSED", 1.1)
+    assert solve(inside).status is Refinement.COLD
 
 
 def test_learned_radius_error_is_part_of_the_handle() -> None:

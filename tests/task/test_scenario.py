@@ -36,7 +36,7 @@ def test_defaults_are_those_of_the_paper_and_the_noise_model() -> None:
     assert scenario.goal.rounds == 5
     assert scenario.force.noise == 0.25
     assert math.degrees(scenario.sense.joint_offset) == pytest.approx(0.57)
-    assert scenario.steps_per_tick == 5
+    assert scenario.steps_per_tick == 10
 
 
 def test_scenario_cannot_be_changed() -> None:

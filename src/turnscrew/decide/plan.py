@@ -22,6 +22,23 @@ SUPPORTING = ("FF", "RF")
 """The fingers that hold it meanwhile; the paper's IF is FF."""
 
 
+@dataclass(frozen=True, slots=True)
+class Handle:
+    """What the fingers hold: a cylinder on a shaft, measured from the tip along the tool's axis.
+
+    Attributes:
+        radius: [m].
+        length: [m].
+        middle: Height of the handle's middle above the tip [m].
+        shaft_radius: Of the shaft between tip and handle [m].
+    """
+
+    radius: float
+    length: float = 0.10
+    middle: float = 0.125
+    shaft_radius: float = 0.003
+
+
 @dataclass(frozen=True)
 class GaitPlan:
     """One round of the finger gait for one handle, as postures of the robot.
@@ -30,9 +47,8 @@ class GaitPlan:
     LF has J5 first; TH has THJ5..THJ1.
 
     Attributes:
-        radius: Handle radius [m].
+        handle: The handle that the plan is for.
         stroke: Angle the handle turns by in a roll, > 0 [rad].
-        contact_height: Height above the tip of the point c that the hand is placed by [m].
         contact_heights: Height above the tip at which each of TH, FF, MF, RF touches, at the roll's start [m].
         p_WS: (3,) bottom of the screw's drive in W, where the robot expects it [m].
         R_WT: (3, 3) orientation of the tool at the roll's start.
@@ -47,9 +63,8 @@ class GaitPlan:
         command: The command that made the plan.
     """
 
-    radius: float
+    handle: Handle
     stroke: float
-    contact_height: float
     contact_heights: Mapping[str, float]
     p_WS: Array
     R_WT: Array
@@ -63,9 +78,14 @@ class GaitPlan:
     command: str = ""
 
     @property
+    def radius(self) -> float:
+        """Handle radius [m]."""
+        return self.handle.radius
+
+    @property
     def centre(self) -> Array:
-        """Point c (3,) of the tool's axis at `contact_height`, in W [m]."""
-        return np.asarray(self.p_WS + self.contact_height * self.R_WT[:, 2])
+        """Middle of the handle (3,) in W [m]."""
+        return np.asarray(self.p_WS + self.handle.middle * self.R_WT[:, 2])
 
     def rolling(self, s: float) -> Array:
         """Posture (28,) after the fraction s of the roll; FF and RF retreated."""
@@ -105,6 +125,7 @@ class GaitPlan:
 
     def verify(self) -> list[str]:
         """Requirements that the plan breaks, one line each with its figure; empty for a good plan."""
+        # the check needs the robot's chain, which a plan that is only read does without
         from turnscrew.decide.plan_check import violations
 
         return violations(self)

@@ -12,22 +12,23 @@ from typing import Any
 
 import numpy as np
 
-from turnscrew.decide.plan import GaitPlan
+from turnscrew.decide.plan import GaitPlan, Handle
 from turnscrew.errors import PlanError
 
-FORMAT = 1
+FORMAT = 2
 DECIMALS = 7
 """Digits kept: 1e-7 rad moves a fingertip by 10 nm, 1e-7 m is a tenth of a micron."""
 
 _TABLES = ("roll", "relocation", "hold", "retreat", "parked")
 _ARRAYS = ("p_WS", "R_WT", "arm")
-_FIGURES = ("radius", "stroke", "contact_height")
+_HANDLE = ("radius", "length", "middle", "shaft_radius")
 
 
 def to_json(plan: GaitPlan) -> str:
     """The plan as JSON text, one posture a line."""
     content: dict[str, Any] = {"format": FORMAT, "command": plan.command}
-    content |= {name: round(float(getattr(plan, name)), DECIMALS) for name in _FIGURES}
+    content["handle"] = {name: _rounded(getattr(plan.handle, name)) for name in _HANDLE}
+    content["stroke"] = _rounded(plan.stroke)
     content["contact_heights"] = _rounded(dict(plan.contact_heights))
     content |= {name: _rounded(getattr(plan, name)) for name in _ARRAYS}
     content |= {name: {f: _rounded(rows) for f, rows in getattr(plan, name).items()} for name in _TABLES}
@@ -57,11 +58,20 @@ def from_json(text: str, source: str) -> GaitPlan:
         content = json.loads(text)
         if content["format"] != FORMAT:
             raise PlanError(f"{source}: plan format {content['format']}, this version reads {FORMAT}: plan again")
+        arrays = {name: np.array(content[name], dtype=float) for name in _ARRAYS}
+        tables = {name: {f: np.array(rows, dtype=float) for f, rows in content[name].items()} for name in _TABLES}
         return GaitPlan(
-            **{name: float(content[name]) for name in _FIGURES},
-            **{name: np.array(content[name], dtype=float) for name in _ARRAYS},
-            **{name: {f: np.array(rows, dtype=float) for f, rows in content[name].items()} for name in _TABLES},
+            handle=Handle(**{name: float(content["handle"][name]) for name in _HANDLE}),
+            stroke=float(content["stroke"]),
             contact_heights=content["contact_heights"],
+            p_WS=arrays["p_WS"],
+            R_WT=arrays["R_WT"],
+            arm=arrays["arm"],
+            roll=tables["roll"],
+            relocation=tables["relocation"],
+            hold=tables["hold"],
+            retreat=tables["retreat"],
+            parked=tables["parked"],
             margins=content["margins"],
             command=content["command"],
         )

@@ -105,6 +105,12 @@ def separations(ones: Sequence[Body], others: Sequence[Body]) -> tuple[Array, Ar
     return distance(t) - radii, points, in_other
 
 
+def nearest_point(point: Array, body: Body) -> Array:
+    """Point (3,) of a body, without its `radius`, nearest to a point (3,) [m]."""
+    local = _clamped((body.axes @ (point - body.centre))[None], body.half[None], np.array([body.kind == "cylinder"]))
+    return np.asarray(body.centre + local[0] @ body.axes)
+
+
 def _least(function: Callable[[Array], Array], count: int) -> Array:
     """Minimiser (count,) over [-1, 1] of convex functions, by golden section."""
     low, high = np.full(count, -1.0), np.full(count, 1.0)

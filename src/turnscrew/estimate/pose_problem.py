@@ -27,6 +27,7 @@ from typing import Any
 import casadi
 import numpy as np
 
+from turnscrew.estimate.blended_capsule import BlendedCapsule
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.profiles import Capsule
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
@@ -118,12 +119,13 @@ class PoseProblem:
         p, r = x[:3], x[3:7]
         R = rotation(r)
         g = [casadi.dot(r, r)]
+        skin = BlendedCapsule(self.tip.radius, self.tip.length)
         for i in range(k):
             u, v, xi, eta = casadi.vertsplit(x[X_POSE + X_PER_CONTACT * i : X_POSE + X_PER_CONTACT * (i + 1)])
             # Row-major rows arrive as columns of a column-major reshape.
             R_i = casadi.reshape(R_F[:, i], 3, 3).T
             ours = self.handle.symbolic(xi, eta * self.eta_unit, radius_error)
-            its = self.tip.symbolic(u, v, offset[i])
+            its = skin.symbolic(u, v, offset[i])
             n_i = R_i @ its.n_hat
             g += [R @ ours.sigma / UNIT + p - R_i @ its.sigma / UNIT - p_F[:, i]]
             g += [casadi.dot(R @ ours.sigma_u_hat, n_i), casadi.dot(R @ ours.sigma_v_hat, n_i)]
@@ -135,9 +137,8 @@ class PoseProblem:
         """IPOPT on this program, built when first asked for; `warm` starts from given multipliers, close to the bounds.
 
         Settings, found by trial: MUMPS and the exact Hessian (L-BFGS needs ten times longer); the monotone barrier (a
-        third faster than the adaptive one here); a tolerance of 1e-6, .01 micrometre and far below the noise (at 1e-8
-        two frames in a hundred stall where a contact sits on a fingertip's seam, whose curvature jumps).  60
-        iterations are five times the usual number; what needs more is infeasible.
+        tenth faster than the adaptive one).  60 iterations are four times the
+        usual number; what needs more is infeasible.
         """
         if warm not in self._solvers:
             self._solvers[warm] = self._make(warm)
@@ -148,7 +149,6 @@ class PoseProblem:
             "print_level": 0,
             "sb": "yes",
             "mu_strategy": "monotone",
-            "tol": 1e-6,
             "max_iter": 60,
         }
         if warm:

@@ -187,10 +187,11 @@ class PoseRefiner:
             if answer is Answer.GIVE_UP:
                 break
         bounds = problem.bounds(frame, self.tolerances)
-        residuals = _residuals(problem, frame, x0, parameters, bounds)
-        if not said:
-            said, residuals = [NOT_FINITE], replace(residuals, excess=np.inf)
-        return _answer(problem, frame, x0, Refinement.PREDICTED, said, iterations, residuals, began, None)
+        with np.errstate(invalid="ignore"):
+            residuals = _residuals(problem, frame, x0, parameters, bounds)
+            if not said:
+                said, residuals = [NOT_FINITE], replace(residuals, excess=np.inf)
+            return _answer(problem, frame, x0, Refinement.PREDICTED, said, iterations, residuals, began, None)
 
     def _ladder(self, guess: Guess) -> list[tuple[Refinement, Tolerances]]:
         rungs = [(Refinement.WARM, self.tolerances)] if guess.multipliers is not None else []

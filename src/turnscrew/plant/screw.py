@@ -71,6 +71,11 @@ def add_screw(spec: mujoco.MjSpec, screw: Screw, friction: Friction, p_WS: Array
     thread = spec.add_actuator(name="thread", target="screw", trntype=mujoco.mjtTrn.mjTRN_JOINT)
     thread.set_to_motor()
     _add_head(body, screw, friction)
+    # drawn only: the shank that vanishes into the substrate
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[0, 0, -FLOOR - 0.005], size=[0.002, 0.005, 0], contype=0,
+        conaffinity=0, mass=0, rgba=[0.5, 0.5, 0.53, 1],
+    )  # fmt: skip
     top = float(p_WS[2]) - FLOOR - screw.pitch * 4
     spec.worldbody.add_geom(
         name="substrate", type=mujoco.mjtGeom.mjGEOM_BOX, pos=[p_WS[0], p_WS[1], top / 2],
@@ -83,7 +88,7 @@ FLOOR = 0.002
 
 
 def _add_head(body: mujoco.MjsBody, screw: Screw, friction: Friction) -> None:
-    """The head from boxes: floor, two side walls, two closed ends; a disc is drawn around them."""
+    """The head from boxes: floor, two side walls, two closed ends."""
     wall = screw.head_radius - screw.slot_width / 2
     end = 0.001
     half_depth, half_length = screw.slot_depth / 2, screw.slot_length / 2

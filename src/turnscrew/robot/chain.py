@@ -18,6 +18,9 @@ from turnscrew.robot.joints import FINGERS, JOINTS
 from turnscrew.robot.model import robot_spec
 
 PALM = "palm"
+PALM_SHAPES = ("C_palm0", "C_palm1", "C_lfmetacarpal")
+"""Boxes of the palm."""
+
 _TIPS = {f"C_{finger.lower()}distal": finger for finger in FINGERS}
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from turnscrew.errors import ModelError
 from turnscrew.robot.joints import COUPLED, JOINTS
 
-MESH_MATERIAL = (0.32, 0.33, 0.36, 1.0)
+SKIN = (0.78, 0.79, 0.82, 1.0)
 
 TORQUE_LIMITS = {
     "WRJ2": 4.79, "WRJ1": 2.18, "THJ5": 2.37, "THJ4": 1.45, "THJ3": 0.99, "THJ2": 0.99, "THJ1": 0.81,
@@ -110,7 +110,7 @@ def _set_materials(spec: mujoco.MjSpec) -> None:
     for geom in spec.geoms:
         geom.material = ""
         if geom.name.startswith("V_"):
-            geom.rgba, geom.mass = MESH_MATERIAL, 0.0
+            geom.rgba, geom.mass = SKIN, 0.0
     for name in ("DC_Hand", "D_Vizual"):
         spec.find_default(f"robot0:{name}").geom.material = ""
     for element in (*spec.materials, *spec.textures):

@@ -1,0 +1,61 @@
+"""What a gait plan must keep to, for the planner that seeks it and the check that judges it.
+
+Sources: found by trial unless said otherwise, in simulated gaits under calibration, encoder and vision errors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Requirements:
+    """Bounds on one round of the gait.
+
+    Attributes:
+        joint_margin: Distance of every driven joint from its limits [rad]: at a lever of 40 mm it lets a position
+            servo push 2 mm past the planned place, which is what it takes to press with 4 N.
+        tool_clearance: Gap between the tool and all links but the touching fingertips [m].  The handle is known to
+            a few mm before it is felt, and to a fraction of that while it is held.
+        finger_clearance: Gap between links of two fingers [m]; side by side, straight fingers have 2.4 mm.
+        opposition: Largest cosine between the normals at TH and MF: -0.985 is 10 deg from opposite; what is
+            missing to opposite pushes the tool sideways.
+        hold_opposition: The same for FF and RF, which carry no torque.
+        level: Largest difference in height of the contacts of a pair [m]: it times the squeeze tilts the tool.
+        rolling_side: Largest n.z of TH and MF, n the handle's outward normal at the contact and z the fingertip's
+            axis: below 0 the half ball touches, at 0 the contact would jump along the capsule.
+        holding_side: The same for FF and RF.
+        rolling_lever: Least distance of MF's tip from its knuckle along the palm's z [m]: close to its own axis, the
+            sideways joint cannot push.
+        holding_lever: The same for FF and RF: that joint is all they squeeze with.
+        lift: Least distance of a lifted TH or MF from the handle's surface, along the contact's normal [m].
+        retreat: The same for FF and RF.
+        edge: Least distance of a contact from the handle's ends [m].
+    """
+
+    joint_margin: float = 0.05
+    tool_clearance: float = 0.003
+    finger_clearance: float = 0.001
+    opposition: float = -0.985
+    hold_opposition: float = -0.985
+    level: float = 0.003
+    rolling_side: float = -0.08
+    holding_side: float = -0.03
+    rolling_lever: float = 0.020
+    holding_lever: float = 0.030
+    lift: float = 0.008
+    retreat: float = 0.006
+    edge: float = 0.009
+
+
+PREFERRED = Requirements()
+"""What plans for handles of 16 mm radius and more keep to with a stroke to spare."""
+
+LEAST = Requirements(
+    tool_clearance=0.002, finger_clearance=0.0005, hold_opposition=-0.95, holding_side=-0.02, retreat=0.005
+)
+"""For thinner handles, around which the fingers are crowded: there the stroke costs clearance.
+
+FF's and RF's normals may be 18 deg from opposite: each then presses 9 deg off its normal, a third of the friction
+cone at friction 0.5.
+"""
