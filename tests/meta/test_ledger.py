@@ -12,7 +12,6 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 LATER = "comes with torque control"
-PENDING = "pending"
 NUMBERED = [f"({number})" for number in range(1, 19)]
 UNNUMBERED = {
     "[.]x", "M", "C", "G", "F_h = diag(R', R') G f", "v_z = p/(2 pi) w_z", "tau_s,z = k_s theta", "(7) solved",
@@ -71,8 +70,6 @@ def test_function_exists_and_tells_its_source(entry: Entry) -> None:
 
 @pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.equation)
 def test_test_exists(entry: Entry) -> None:
-    if entry.test == PENDING:
-        pytest.skip("its test is not written yet")
     if entry.test != LATER:
         file, _, function = entry.test.partition("::")
         names = {
