@@ -16,8 +16,9 @@ class Requirements:
         joint_margin: Distance of every driven joint from its limits [rad]: at a lever of 40 mm it lets a position
             servo push 2 mm past the planned place, which is what it takes to press with 4 N.
         tool_clearance: Gap between the tool and all links but the touching fingertips [m].  The handle is known to
-            a few mm before it is felt, and to a fraction of that while it is held.
-        finger_clearance: Gap between links of two fingers [m]; side by side, straight fingers have 2.4 mm.
+            a few mm before it is felt, and to a fraction of that while it is held.  The planner adds what it can.
+        finger_clearance: Gap between links of two fingers [m]; side by side, straight fingers have 2.4 mm.  Around
+            thin handles they are crowded, and a touch of two fingers is no harm.
         opposition: Largest cosine between the normals at TH and MF: -0.985 is 10 deg from opposite; what is
             missing to opposite pushes the tool sideways.
         hold_opposition: The same for FF and RF, which carry no torque.
@@ -34,28 +35,18 @@ class Requirements:
     """
 
     joint_margin: float = 0.05
-    tool_clearance: float = 0.003
-    finger_clearance: float = 0.001
+    tool_clearance: float = 0.002
+    finger_clearance: float = 0.0005
     opposition: float = -0.985
     hold_opposition: float = -0.985
     level: float = 0.003
     rolling_side: float = -0.08
-    holding_side: float = -0.03
+    holding_side: float = -0.02
     rolling_lever: float = 0.020
     holding_lever: float = 0.030
     lift: float = 0.008
-    retreat: float = 0.006
+    retreat: float = 0.005
     edge: float = 0.009
 
 
-PREFERRED = Requirements()
-"""What plans for handles of 16 mm radius and more keep to with a stroke to spare."""
-
-LEAST = Requirements(
-    tool_clearance=0.002, finger_clearance=0.0005, hold_opposition=-0.95, holding_side=-0.02, retreat=0.005
-)
-"""For thinner handles, around which the fingers are crowded: there the stroke costs clearance.
-
-FF's and RF's normals may be 18 deg from opposite: each then presses 9 deg off its normal, a third of the friction
-cone at friction 0.5.
-"""
+REQUIRED = Requirements()

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from turnscrew.decide.plan import Handle
-from turnscrew.decide.plan_geometry import nearest_point, separations
+from turnscrew.decide.plan_geometry import Body, nearest_point, separations
 from turnscrew.decide.plan_scene import HANDLE, LINKS, SHAFT, Gaps, Stance, gaps, link_name
 from turnscrew.decide.planner_kinematics import finger_kinematics
 from turnscrew.decide.planner_round import PARKED, Moment, Unknowns, axis, blended
@@ -90,19 +90,28 @@ def _points(found: Gaps, row: int, c: Array, u: Array) -> list[Nearness]:
     # an end that is the nearest point itself is not taken twice
     for place in (closest, *(end for end in (-1.0, 1.0) if abs(end - closest) > 0.02)):
         point = link.centre + place * along
-        nearest = nearest_point(point, other)
-        offset = point - nearest
-        distance = float(np.sqrt(offset @ offset))
-        gap = distance - link.radius - other.radius
-        if 1e-5 < distance and gap < WATCHED:
+        nearest, direction, gap = _towards(point, other)
+        gap -= link.radius + other.radius
+        if gap < WATCHED:
             partner = float((nearest - other.centre) @ other.axes[2]) / max(other.half[2], 1e-9)
             if other.name in (HANDLE, SHAFT):
                 partner = float((nearest - c) @ u)
-            names = found.pairs[row]
-            points.append(
-                Nearness(int(found.stance[row]), *names, place, partner, nearest, offset / distance, gap)
-            )
+            points.append(Nearness(int(found.stance[row]), *found.pairs[row], place, partner, nearest, direction, gap))
     return points
+
+
+def _towards(point: Array, other: Body) -> tuple[Array, Array, float]:
+    """Nearest point of a body, direction from it to the point, and their distance; from a body's axis when inside."""
+    nearest = nearest_point(point, other)
+    offset = point - nearest
+    distance = float(np.sqrt(offset @ offset))
+    if distance > 1e-5:
+        return nearest, offset / distance, distance
+    along = float((point - other.centre) @ other.axes[2])
+    offset = point - other.centre - along * other.axes[2]
+    depth = float(np.sqrt(offset @ offset))
+    direction = offset / depth if depth > 1e-5 else other.axes[0]
+    return nearest, direction, depth - float(other.half[0])
 
 
 def gap_rows(
@@ -148,7 +157,7 @@ def _ends(moments: Sequence[Moment], symbols: dict[str, ca.SX]) -> Callable[[int
         blend = moments[moment].blends.get(finger)
         key = (blend, finger)
         if key not in cache:
-            angles = ca.DM(PARKED) if blend is None else blended(blend, symbols)
+            angles = ca.SX(PARKED) if blend is None else blended(blend, symbols)
             cache[key] = finger_kinematics(finger).links(angles)
         return cache[key][:, 2 * place : 2 * place + 2]
 

@@ -43,6 +43,11 @@ def sizes() -> dict[str, int]:
     return {"c": 3, "u": 2, "stroke": 1} | {name: count[finger] for finger, name in postures}
 
 
+def in_order(unknowns: Mapping[str, Array]) -> Unknowns:
+    """The unknowns in the order of `sizes`."""
+    return {name: unknowns[name] for name in sizes()}
+
+
 def finger_of(unknown: str) -> str | None:
     """The finger whose posture an unknown is, if any."""
     return unknown[:2] if unknown[:2] in (*ROLLING, *SUPPORTING) else None
@@ -97,17 +102,17 @@ def moments() -> tuple[Moment, ...]:
     ]
     for knot in (0, LAST):
         for s in (1 / 3, 2 / 3, 1.0):
-            support = {f: ((f"{f}_retreat", 1 - s), (f"{f}_hold", s)) for f in SUPPORTING}
-            rolled = {f: ((roll_knot(f, knot), 1.0),) for f in ROLLING}
+            support: dict[str, Blend] = {f: ((f"{f}_retreat", 1 - s), (f"{f}_hold", s)) for f in SUPPORTING}
+            rolled: dict[str, Blend] = {f: ((roll_knot(f, knot), 1.0),) for f in ROLLING}
             found.append(Moment(f"support {s:.2f} at knot {knot}", rolled | support, (*ROLLING, *SUPPORTING)))
     hold: dict[str, Blend] = {f: ((f"{f}_hold", 1.0),) for f in SUPPORTING}
     legs = (("lift", "mid"), ("mid", "front"))
     for start, end in legs:
         for s in (0.0, 1 / 3, 2 / 3, 1.0):
-            on_way = {f: ((f"{f}_{start}", 1 - s), (f"{f}_{end}", s)) for f in ROLLING}
+            on_way: dict[str, Blend] = {f: ((f"{f}_{start}", 1 - s), (f"{f}_{end}", s)) for f in ROLLING}
             found.append(Moment(f"{start} to {end} {s:.2f}", on_way | hold, SUPPORTING))
     for place, knot in (("lift", LAST), ("front", 0)):
-        halfway = {f: ((roll_knot(f, knot), 0.5), (f"{f}_{place}", 0.5)) for f in ROLLING}
+        halfway: dict[str, Blend] = {f: ((roll_knot(f, knot), 0.5), (f"{f}_{place}", 0.5)) for f in ROLLING}
         found.append(Moment(f"halfway to {place}", halfway | hold, (*ROLLING, *SUPPORTING)))
     return tuple(found)
 

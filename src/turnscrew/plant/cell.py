@@ -57,8 +57,7 @@ def cell_xml(cell: CellDescription, p_WT: Array, R_WT: Array) -> str:
         body.inertia = body.inertia * (1.0 + cell.mass_error)
     for geom in spec.geoms:
         if geom.name.startswith("C_"):
-            rub(geom, 1.0)
-            geom.priority = 0
+            rub(geom, cell.friction.finger, priority=0)
     add_servos(spec)
     add_tool(spec, cell.tool, cell.friction, p_WT, R_WT)
     add_screw(spec, cell.screw, cell.friction, cell.p_WS, cell.slot_yaw)

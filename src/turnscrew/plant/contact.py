@@ -12,6 +12,9 @@ SOLREF = (0.005, 1.0)
 SOLIMP = (0.95, 0.99, 0.0005, 0.5, 2.0)
 """Impedance rises to .99 within .5 mm: about .16 mm of indentation at 10 N, as a firm rubber fingertip gives."""
 
+STEEL = (0.99, 0.999, 0.0005, 0.5, 2.0)
+"""The same for blade in slot, ten times as stiff: the softer values let the blade twist by 4 deg at .05 N.m."""
+
 IMPRATIO = 100.0
 """Friction's impedance over the normal's, with the elliptic cone: at 10 a held tool creeps by millimetres in
 seconds, at 1 the grasp is lost (found by trial; MuJoCo issue 3328 tells the same)."""
@@ -38,18 +41,19 @@ class Friction:
     tip: float
 
 
-def rub(geom: mujoco.MjsGeom, sliding: float, torsion: float = TORSION) -> None:
-    """Gives a geom contact properties that win over those of whatever touches it.
+def rub(geom: mujoco.MjsGeom, sliding: float, priority: int = 1, solimp: tuple[float, ...] = SOLIMP) -> None:
+    """Sets a geom's contact properties.
 
     Args:
         geom: The geom.
         sliding: Coulomb coefficient.
-        torsion: Torsional coefficient [m].
+        priority: Of two geoms that touch, the one with the higher priority decides.
+        solimp: Impedance.
     """
-    geom.priority = 1
+    geom.priority = priority
     geom.condim = 4
-    geom.friction = [sliding, torsion * sliding, 0.0]
-    geom.solref, geom.solimp = SOLREF, SOLIMP
+    geom.friction = [sliding, TORSION * sliding, 0.0]
+    geom.solref, geom.solimp = SOLREF, solimp
     geom.margin = 0.0
 
 

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
-from turnscrew.plant.contact import Friction, rub
+from turnscrew.plant.contact import STEEL, Friction, rub
 
 INERTIA = 1e-5
 """Inertia that turns with the screw [kg.m2].  A lone M4 screw has 3e-8; the tool that turns it has 1e-5.  This
@@ -104,4 +104,4 @@ def _add_head(body: mujoco.MjsBody, screw: Screw, friction: Friction) -> None:
             name=f"slot_{name}", type=mujoco.mjtGeom.mjGEOM_BOX, pos=position, size=size, mass=0.001,
             rgba=[0.6, 0.6, 0.63, 1],
         )  # fmt: skip
-        rub(geom, friction.tip)
+        rub(geom, friction.tip, solimp=STEEL)

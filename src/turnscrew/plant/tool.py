@@ -8,9 +8,9 @@ import mujoco
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
-from turnscrew.plant.contact import Friction, rub
+from turnscrew.plant.contact import STEEL, Friction, rub
 
-STEEL = 7850.0
+STEEL_DENSITY = 7850.0
 """Density of shaft and blade [kg/m3]."""
 
 
@@ -45,8 +45,8 @@ def add_tool(spec: mujoco.MjSpec, tool: Tool, friction: Friction, p_WT: Array, R
     body.add_freejoint(name="tool")
     handle_start = tool.middle - tool.length / 2
     width, thickness = tool.blade
-    shaft_mass = STEEL * np.pi * tool.shaft_radius**2 * (handle_start - tool.blade_height)
-    blade_mass = STEEL * width * thickness * tool.blade_height
+    shaft_mass = STEEL_DENSITY * np.pi * tool.shaft_radius**2 * (handle_start - tool.blade_height)
+    blade_mass = STEEL_DENSITY * width * thickness * tool.blade_height
     handle = body.add_geom(
         name="handle", type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[0, 0, tool.middle],
         size=[tool.radius, tool.length / 2, 0], mass=tool.mass - shaft_mass - blade_mass, rgba=[0.85, 0.35, 0.1, 1],
@@ -65,5 +65,5 @@ def add_tool(spec: mujoco.MjSpec, tool: Tool, friction: Friction, p_WT: Array, R
         size=[0.001, 0.0015, tool.length / 2 + 0.0002], rgba=[0.98, 0.95, 0.85, 1],
     )  # fmt: skip
     rub(handle, friction.finger)
-    rub(shaft, friction.tip)
-    rub(blade, friction.tip)
+    rub(shaft, friction.tip, solimp=STEEL)
+    rub(blade, friction.tip, solimp=STEEL)

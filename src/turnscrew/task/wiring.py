@@ -16,6 +16,7 @@ from turnscrew.decide.gait import Gait
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plan import GaitPlan
 from turnscrew.estimate.estimator import ToolEstimator
+from turnscrew.estimate.screw_angle import ScrewAngle
 from turnscrew.estimate.tip_wrench import TipWrench
 from turnscrew.geometry.profiles import Cylinder
 from turnscrew.plant.cell import Cell, CellDescription
@@ -108,7 +109,22 @@ def build_estimator(
         handle=Cylinder(believed_radius, tool.contact_height - half, tool.contact_height + half),
         p_WS=plan.p_WS,
         wrench=TipWrench(inertia, scenario.screw.pitch, thread.stiffness if thread.law == "elastic" else None),
+        angle=ScrewAngle(play=slot_play(tool.blade_width, tool.blade_thickness, scenario.screw.slot_width)),
     )
+
+
+def slot_play(width: float, thickness: float, slot: float) -> float:
+    """Angle by which a blade can turn in its slot, from corners on one pair of walls to the other [rad].
+
+    A blade turned by `a` reaches across the slot by `width sin(a) + thickness cos(a)`, which is `slot` at the walls.
+
+    Args:
+        width: Of the blade, along its edge [m].
+        thickness: Of the blade [m].
+        slot: Width of the slot [m].
+    """
+    diagonal = float(np.hypot(width, thickness))
+    return 2.0 * float(np.arcsin(min(slot / diagonal, 1.0)) - np.arctan2(thickness, width))
 
 
 def believed_inertia(scenario: Scenario, radius: float) -> ToolInertia:

@@ -1,0 +1,155 @@
+"""The gait planner: palm pose and all finger postures of one round, for a given handle.
+
+One nonlinear program holds palm pose and postures together (`planner_problem`); it is solved step by step
+(`planner_refine`), first for the longest stroke, then for the widest margins at a stroke somewhat shorter.  Starts
+are known plans of handles of like radius; when these fail, the same with random changes.
+Paper: section IV-D describes the gait and leaves its postures open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from turnscrew.decide.plan import ROLLING, SUPPORTING, GaitPlan, Handle, between
+from turnscrew.decide.plan_check import contact_heights, margins
+from turnscrew.decide.plan_requirements import REQUIRED
+from turnscrew.decide.planner_arm import stand
+from turnscrew.decide.planner_problem import Wish
+from turnscrew.decide.planner_refine import Progress, Round, refine
+from turnscrew.decide.planner_roll import dense_roll
+from turnscrew.decide.planner_round import KNOTS, PARKED, Unknowns, finger_of, in_order, roll_knot
+from turnscrew.errors import PlanError
+from turnscrew.geometry.arrays import Array
+from turnscrew.robot.chain import robot_chain
+from turnscrew.robot.joints import finger_joints
+from turnscrew.robot.model import RobotModel
+
+WANTED_STROKE = np.radians(68.0)
+"""Stroke that plans are made for: 45 deg of screw a round, 6 of slot play, 10 of losses at hand-overs, some to spare."""
+
+LEAST_STROKE = np.radians(60.0)
+"""Stroke below which a round is not worth its hand-overs: 45 deg net would be left to luck."""
+
+SPARE = np.radians(3.0)
+"""What the plan stays below the longest stroke, where every requirement is met without room."""
+
+CHANGES = 12
+"""Random starts that are tried after the known plans."""
+
+SPREAD_ANGLE, SPREAD_PLACE, SPREAD_TILT = 0.15, 0.006, 0.1
+"""Standard deviations of the random changes: of a finger's joints [rad], the handle's place [m], its axis."""
+
+
+def make_plan(
+    handle: Handle, known: Sequence[GaitPlan], seed: int = 0, progress: Progress | None = None, command: str = ""
+) -> GaitPlan:
+    """Plans a round of the gait.
+
+    Args:
+        handle: What is to be held.
+        known: Plans to start from; at least one.
+        seed: Of the random starts.
+        progress: Told in a line what is going on.
+        command: Kept in the plan: what made it.
+
+    Raises:
+        PlanError: No round keeps the requirements with a stroke of 60 deg or more.
+    """
+    rng = np.random.default_rng(seed)
+    told = progress or (lambda _: None)
+    longest = _longest(handle, _starts(handle, known, rng), told)
+    wanted = min(WANTED_STROKE, longest.stroke - SPARE)
+    told(f"longest stroke {np.degrees(longest.stroke):.1f} deg; widening the margins at {np.degrees(wanted):.1f} deg")
+    # the stroke's weight outbids all that margins can gain, so the stroke stays at what is wanted
+    wish = Wish(stroke=50.0, margin=3.0, clearance=10.0, most_stroke=wanted)
+    wide = refine(handle, REQUIRED, longest.unknowns, wish, told)
+    return assemble(wide if wide.keeps else longest, rng, command)
+
+
+def _longest(handle: Handle, starts: Iterable[Unknowns], told: Progress) -> Round:
+    best: Round | None = None
+    for count, start in enumerate(starts):
+        told(f"start {count + 1} for a handle of radius {handle.radius * 1e3:.1f} mm")
+        found = refine(handle, REQUIRED, start, Wish(), told)
+        if found.keeps and (best is None or found.stroke > best.stroke):
+            best = found
+        if best is not None and best.stroke > WANTED_STROKE + SPARE:
+            break
+    if best is None or best.stroke < LEAST_STROKE + SPARE:
+        found_stroke = "none" if best is None else f"{np.degrees(best.stroke):.0f} deg"
+        raise PlanError(
+            f"tool.handle.radius = {handle.radius:g}: no finger gait fits this handle (stroke found: {found_stroke}); "
+            "radii from 0.010 to 0.018 m work"
+        )
+    return best
+
+
+def _starts(handle: Handle, known: Sequence[GaitPlan], rng: np.random.Generator) -> Iterator[Unknowns]:
+    """Known plans, the nearest radius first, then the same changed at random."""
+    grips = [grip_of(plan) for plan in sorted(known, key=lambda plan: abs(plan.radius - handle.radius))]
+    yield from grips
+    for change in range(CHANGES):
+        yield _changed(grips[change % len(grips)], rng)
+
+
+def _changed(grip: Unknowns, rng: np.random.Generator) -> Unknowns:
+    limits = robot_chain().limits
+    turn = {finger: rng.normal(0.0, SPREAD_ANGLE, len(finger_joints(finger))) for finger in (*ROLLING, *SUPPORTING)}
+    changed = {}
+    for name, value in grip.items():
+        finger = finger_of(name)
+        if finger is not None:
+            low, high = limits[list(finger_joints(finger))].T
+            changed[name] = np.clip(value + turn[finger], low, high)
+    changed["c"] = grip["c"] + rng.normal(0.0, SPREAD_PLACE, 3)
+    changed["u"] = grip["u"] + rng.normal(0.0, SPREAD_TILT, 2)
+    return in_order(grip | changed)
+
+
+def grip_of(plan: GaitPlan) -> Unknowns:
+    """The planner's unknowns in a plan."""
+    chain = robot_chain()
+    p, R = chain.place(plan.rolling(0.0))
+    p_WH, R_WH = p[chain.palm], R[chain.palm]
+    axis = R_WH.T @ plan.R_WT[:, 2]
+    unknowns: dict[str, Array] = {
+        "c": R_WH.T @ (plan.centre - p_WH),
+        "u": axis[[0, 2]],
+        "stroke": np.array([plan.stroke]),
+    }
+    for finger in ROLLING:
+        for knot in range(KNOTS):
+            unknowns[roll_knot(finger, knot)] = between(plan.roll[finger], knot / (KNOTS - 1))
+        for place, s in (("lift", 0.0), ("mid", 0.5), ("front", 1.0)):
+            unknowns[f"{finger}_{place}"] = between(plan.relocation[finger], s)
+    for finger in SUPPORTING:
+        unknowns |= {f"{finger}_hold": plan.hold[finger], f"{finger}_retreat": plan.retreat[finger]}
+    return in_order(unknowns)
+
+
+def assemble(found: Round, rng: np.random.Generator, command: str) -> GaitPlan:
+    """The plan of a round: the roll made dense, the arm placed, the margins measured.
+
+    Raises:
+        PlanError: The arm cannot hold the palm like that.
+    """
+    unknowns, handle = found.unknowns, found.handle
+    where = stand(RobotModel(), handle, unknowns, rng)
+    plan = GaitPlan(
+        handle=handle,
+        stroke=found.stroke,
+        contact_heights={},
+        p_WS=where.p_WS,
+        R_WT=np.eye(3),
+        arm=where.arm,
+        roll=dense_roll(handle, unknowns),
+        relocation={f: np.array([unknowns[f"{f}_{place}"] for place in ("lift", "mid", "front")]) for f in ROLLING},
+        hold={finger: unknowns[f"{finger}_hold"] for finger in SUPPORTING},
+        retreat={finger: unknowns[f"{finger}_retreat"] for finger in SUPPORTING},
+        parked={"LF": PARKED},
+        command=command,
+    )
+    return replace(plan, contact_heights=contact_heights(plan), margins=margins(plan))
