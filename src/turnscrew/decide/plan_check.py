@@ -244,7 +244,7 @@ def _clearances(plan: GaitPlan) -> list[str]:
 
 
 def _lifts(plan: GaitPlan) -> list[str]:
-    """Fingers that leave must get away from the handle all the time, and far enough."""
+    """Fingers that leave must get away from the handle steadily, and far enough."""
     found = []
     ways = (
         ("leaving", plan.leaving, ROLLING, REQUIRED.lift),
@@ -254,7 +254,7 @@ def _lifts(plan: GaitPlan) -> list[str]:
     for name, way, fingers, least in ways:
         for finger in fingers:
             gap = np.array([touch(plan, way(s), finger).gap for s in np.linspace(0.0, 1.0, SAMPLES)])
-            if np.diff(gap).min() < 0.0:
+            if np.diff(gap)[gap[:-1] < least].min() < 0.0:
                 found.append(f"{name}: {finger} comes back towards the handle")
             # along the normal the way is `least`; the gap of a finger that also moves sideways is a little different
             found += _below(f"{name}: {finger}'s gap", float(gap[-1]), 0.9 * least)

@@ -63,8 +63,7 @@ def make_plan(
     longest = _longest(handle, _starts(handle, known, rng), told)
     wanted = min(WANTED_STROKE, longest.stroke - SPARE)
     told(f"longest stroke {np.degrees(longest.stroke):.1f} deg; widening the margins at {np.degrees(wanted):.1f} deg")
-    # the stroke's weight outbids all that margins can gain, so the stroke stays at what is wanted
-    wish = Wish(stroke=50.0, margin=3.0, clearance=10.0, most_stroke=wanted)
+    wish = Wish(stroke=0.0, margin=3.0, clearance=2.0, least_stroke=wanted, most_stroke=wanted)
     wide = refine(handle, REQUIRED, longest.unknowns, wish, told)
     return assemble(wide if wide.keeps else longest, rng, command)
 

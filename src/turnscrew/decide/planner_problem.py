@@ -38,6 +38,9 @@ SLACK_PRICE = 20.0
 LEAST_STROKE, MOST_STROKE = 0.3, 2.5
 """Range searched for the stroke [rad]; a round of less than 0.3 is lost to slot play and hand-overs."""
 
+MOST_LIFT = 0.015
+"""Largest distance a finger leaves the handle by, along the normal [m]: farther only takes time."""
+
 CENTIMETRE = 100.0
 """Lengths enter the program in units of 10 mm, the scale of their own bounds."""
 
@@ -53,12 +56,14 @@ class Wish:
         stroke: Weight of the stroke [1/rad].
         margin: Weight of the joint margin [1/rad].
         clearance: Weight of the extra clearance [1/10 mm].
+        least_stroke: The stroke is at least this [rad].
         most_stroke: The stroke never exceeds this [rad].
     """
 
     stroke: float = 1.0
     margin: float = 0.0
     clearance: float = 0.0
+    least_stroke: float = LEAST_STROKE
     most_stroke: float = MOST_STROKE
 
 
@@ -252,7 +257,8 @@ class Program:
         """From the contact to a posture off the handle, along the normal or not far from it."""
         way = finger_kinematics(finger).tip(self._v[name])[0] - contact.tip
         along = ca.dot(way, contact.n)
-        self._rows.least(group, along * CENTIMETRE, least * CENTIMETRE)
+        self._rows.least(group, along * CENTIMETRE, (least + self._extra) * CENTIMETRE)
+        self._rows.most(group, along * CENTIMETRE, MOST_LIFT * CENTIMETRE)
         # the tiny term keeps the root smooth at zero length
         self._rows.most(group, (ca.sqrt(ca.dot(way, way) + 1e-8) - along / cosine) * CENTIMETRE, 0.0)
         # the way is straight in joint space, so it could begin inwards
@@ -297,7 +303,7 @@ class Program:
         for name, size in sizes().items():
             value = self._start[name]
             if name == "stroke":
-                reach = [LEAST_STROKE], [max(LEAST_STROKE, wish.most_stroke)]
+                reach = [wish.least_stroke], [wish.most_stroke]
             elif name == "u":
                 reach = np.maximum(value - STEP_TILT * step, -MOST_TILT), np.minimum(value + STEP_TILT * step, MOST_TILT)
             else:

@@ -1,0 +1,144 @@
+"""The gait's order, its hand-overs, and its aim at where the handle is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from rigs.messages import estimate_of
+
+from turnscrew.decide.gait import FF_RF, TH_MF, Gait, Phase, smooth
+from turnscrew.decide.placing import Placing
+from turnscrew.decide.plans import plan_for
+from turnscrew.geometry.rotations import exp_so3
+from turnscrew.robot.joints import FINGERS, finger_joints
+from turnscrew.robot.model import RobotModel
+from turnscrew.signals import Role
+
+ROBOT = RobotModel()
+PLAN = plan_for(0.018)
+PLACING = Placing(ROBOT, PLAN)
+GAIT = Gait(PLAN, PLACING, speed=1.0)
+DT = 0.01
+TOUCHING = {
+    Phase.SETTLE: TH_MF, Phase.ROLL: TH_MF, Phase.ADD: TH_MF | FF_RF, Phase.SUPPORT: TH_MF | FF_RF,
+    Phase.LEAVE: FF_RF, Phase.RELOCATE: FF_RF, Phase.RETURN: TH_MF | FF_RF, Phase.REGRIP: TH_MF | FF_RF,
+    Phase.REMOVE: TH_MF,
+}  # fmt: skip
+"""Who touches in a world where all goes well."""
+
+
+def standing(**changes):
+    """The tool where the plan has it, the robot at the plan's start."""
+    rest = {"q": PLAN.rolling(0.0), "p_WT": PLAN.p_WS, "p_WS": PLAN.p_WS, "radius": PLAN.radius}
+    return estimate_of(**{**rest, **changes})
+
+
+def play(rounds=1, touching=TOUCHING):
+    """Goals of an undisturbed gait whose free fingers are where they are sent; also the phases in order."""
+    state, goals, q = GAIT.init(), [], PLAN.rolling(0.0)
+    for _ in range(3000):
+        estimate = standing(q=q, touching=touching[state.phase])
+        state, goal = GAIT.update(state, estimate, DT)
+        q = goal.q_free
+        goals.append(goal)
+        if goal.round >= rounds:
+            return goals
+    raise AssertionError(f"stuck in {state.phase}")
+
+
+def phases(goals):
+    return [goals[0].phase, *(b.phase for a, b in pairwise(goals) if a.phase != b.phase)]
+
+
+def test_two_rounds_go_through_all_phases_in_order():
+    order = [str(phase) for phase in Phase]
+    assert phases(play(2)) == [*order, *order[1:], "roll"]
+
+
+def test_a_round_takes_less_than_four_and_a_half_seconds_at_nominal_speed():
+    first = [goal for goal in play(1) if goal.phase != Phase.SETTLE]
+    # touching costs standoff / closing = .27 s a pair, which this world does not take
+    assert len(first) * DT + 2 * GAIT.standoff / GAIT.closing < 4.5
+
+
+def test_two_fingers_always_carry_the_tool():
+    for goal in play(2):
+        assert (goal.roles == Role.GRIP).sum() >= 2
+        assert goal.share.sum() >= 1.9
+
+
+def test_shares_and_squeezes_never_jump():
+    goals = play(2)
+    shares = np.array([goal.share for goal in goals])
+    # a ramp of .2 s moves by 5 % a tick; a finger enters with a tenth and leaves with what is left of a tick
+    assert np.abs(np.diff(shares, axis=0)).max() <= 0.1 + 1e-9
+
+
+def test_free_fingers_are_never_sent_faster_than_their_drives():
+    goals = play(2)
+    q = np.array([goal.q_free for goal in goals])
+    free = np.array([goal.roles == Role.FREE for goal in goals])
+    for row, finger in enumerate(FINGERS):
+        joints = list(finger_joints(finger))
+        stays_free = free[1:, row] & free[:-1, row]
+        speed = np.abs(np.diff(q[:, joints], axis=0))[stays_free] / DT
+        assert speed.max() < 4.0, finger  # Shadow's 2 to 4 rad/s
+
+
+def test_the_stroke_is_the_plans():
+    turned = -sum(goal.turn_rate for goal in play(1)) * DT
+    # a tick at full speed: what is told and what is counted differ by when in the tick they are taken
+    assert turned == pytest.approx(PLAN.stroke, abs=1.0 * DT)
+
+
+def test_only_the_roll_turns_and_moves_the_palm():
+    for goal in play(1):
+        if goal.phase not in (Phase.ROLL, Phase.SETTLE):
+            assert goal.turn_rate == 0.0
+            assert not goal.v_palm.any()
+
+
+def test_nobody_lets_go_before_the_others_have_touched():
+    never = {**TOUCHING, Phase.ADD: TH_MF}
+    with pytest.raises(AssertionError, match="add"):
+        play(1, never)
+
+
+def test_a_roll_ends_before_a_joint_meets_its_limit():
+    state = replace(GAIT.init(), phase=Phase.ROLL, clock=0.5)
+    q = PLAN.rolling(0.3)
+    q[finger_joints("MF")[0]] = ROBOT.limits[finger_joints("MF")[0], 0] + 0.5 * GAIT.stop
+    state, _ = GAIT.update(state, standing(q=q, touching=TH_MF), DT)
+    assert state.phase is Phase.ADD
+
+
+@pytest.mark.parametrize("standoff", [0.0, 0.004])
+def test_postures_are_carried_to_where_the_tool_is(standoff):
+    tilt, shift = exp_so3(np.array([0.02, -0.015, 0.7])), np.array([0.002, -0.003, 0.001])
+    estimate = standing(R_WT=tilt, p_WT=PLAN.p_WS + shift)
+    q = PLACING.before_handle(PLAN.adding(1.0), ("FF", "RF"), estimate, standoff)
+    rows = [FINGERS.index("FF"), FINGERS.index("RF")]
+    p = (ROBOT.fingertips(q).p_WF[rows] - estimate.p_WT) @ tilt
+    planned = ROBOT.fingertips(PLAN.adding(1.0)).p_WF[rows] - PLAN.p_WS
+    # heights and distances from the axis are the plan's, whatever the tool's yaw
+    np.testing.assert_allclose(p[:, 2], planned[:, 2], atol=1e-5)
+    reach = np.linalg.norm(planned[:, :2], axis=1) + standoff
+    np.testing.assert_allclose(np.linalg.norm(p[:, :2], axis=1), reach, atol=1e-5)
+
+
+def test_the_palm_is_moved_over_the_tool_no_faster_than_allowed():
+    shift = np.array([0.004, -0.002, 0.001])
+    v = PLACING.palm_velocity(standing(p_WS=PLAN.p_WS + shift))
+    np.testing.assert_allclose(v / np.linalg.norm(v), shift / np.linalg.norm(shift), atol=1e-9)
+    assert np.linalg.norm(v) == pytest.approx(PLACING.arm_speed)
+    assert not PLACING.palm_velocity(standing()).round(12).any()
+
+
+def test_the_blend_is_flat_at_both_ends():
+    h = 1e-4
+    assert (smooth(-1.0), smooth(0.0), smooth(0.5), smooth(1.0), smooth(2.0)) == (0.0, 0.0, 0.5, 1.0, 1.0)
+    # the slope grows with the square of the distance from an end: 30 h^2
+    assert smooth(h) / h < 31 * h**2
