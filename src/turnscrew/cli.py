@@ -108,7 +108,7 @@ def _watched(scenario: Scenario, out: Path, *, quiet: bool) -> Summary:
         if quiet:
             return run(scenario, out)
         with ProgressView(Console()) as view:
-            return run(scenario, out, on_progress=view.show)
+            return run(scenario, out, on_progress=view.show, on_planning=view.tell)
     except KeyboardInterrupt:
         print(f"turnscrew: interrupted; the record up to here is in {out}", file=sys.stderr)
         raise typer.Exit(1) from None
@@ -156,13 +156,22 @@ def replay(folder: FolderArgument) -> int:
 @app.command()
 def plan(
     radius: Annotated[float, typer.Option("--radius", help="Radius of the handle [m].")] = 0.018,
+    length: Annotated[float, typer.Option("--length", help="Length of the handle [m].")] = 0.10,
+    middle: Annotated[float, typer.Option("--middle", help="Height of its middle above the tip [m].")] = 0.125,
+    shaft_radius: Annotated[float, typer.Option("--shaft-radius", help="Radius of the shaft [m].")] = 0.003,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Plan anew, even if a plan is at hand.")] = False,
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write the plan there as JSON.")] = None,
 ) -> int:
     """Plan the finger gait for a handle, or find it among the plans at hand."""
+    from rich.console import Console
+
     from turnscrew.decide.plan_file import save
     from turnscrew.decide.plans import plan_for
 
-    found = plan_for(radius=radius)
+    with Console(stderr=True).status("planning") as status:
+        found = plan_for(
+            radius, length=length, middle=middle, shaft_radius=shaft_radius, fresh=fresh, progress=status.update
+        )
     rows = [
         ("handle radius", f"{found.radius * 1000:g} mm"),
         ("stroke", f"{math.degrees(found.stroke):.0f} deg a round"),

@@ -111,8 +111,10 @@ def test_a_roll_ends_before_a_joint_meets_its_limit():
     state = replace(GAIT.init(), phase=Phase.ROLL, clock=0.5)
     q = PLAN.rolling(0.3)
     q[finger_joints("MF")[0]] = ROBOT.limits[finger_joints("MF")[0], 0] + 0.5 * GAIT.stop
-    state, _ = GAIT.update(state, standing(q=q, touching=TH_MF), DT)
-    assert state.phase is Phase.ADD
+    towards, away = np.zeros(28), np.zeros(28)
+    towards[finger_joints("MF")[0]], away[finger_joints("MF")[0]] = -0.5, 0.5
+    assert GAIT.update(state, standing(q=q, v=towards, touching=TH_MF), DT)[0].phase is Phase.ADD
+    assert GAIT.update(state, standing(q=q, v=away, touching=TH_MF), DT)[0].phase is Phase.ROLL
 
 
 @pytest.mark.parametrize("standoff", [0.0, 0.004])

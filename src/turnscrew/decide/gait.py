@@ -78,7 +78,7 @@ class Gait:
         relocate: Time of TH's and MF's way back [s].
         standoff: Distance from the handle at which feeling begins [m]: the estimated axis errs by less than that.
         closing: Speed of feeling [m/s]: at .14 N a mm/s of impact it touches with 2 N.
-        stop: Joint margin at which a roll ends early [rad].
+        stop: Distance from a joint's limit at which a roll ends early [rad].
     """
 
     plan: GaitPlan
@@ -214,7 +214,8 @@ class Gait:
     def _is_over(self, state: GaitState, estimate: Estimate) -> bool:
         clock, phase = state.clock, state.phase
         if phase is Phase.ROLL:
-            return state.rolled >= self.plan.stroke or self.placing.margin(estimate.q, ROLLING) < self.stop
+            at_limit = self.placing.meets_limit(estimate.q, estimate.v, ROLLING, self.stop)
+            return state.rolled >= self.plan.stroke or at_limit
         if phase in (Phase.ADD, Phase.RETURN):
             return bool(state.gripping[TH_MF | FF_RF].all())
         duration = {

@@ -14,6 +14,9 @@ from turnscrew.robot.joints import FINGERS, finger_joints
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import Estimate
 
+MOVING = 0.1
+"""Speed from which a joint counts as moving [rad/s]: twice the noise of the encoders' speeds, an eighth of a roll's."""
+
 
 @dataclass(frozen=True)
 class Placing:
@@ -77,11 +80,20 @@ class Placing:
         speed = float(np.sqrt(v @ v))
         return v if speed <= self.arm_speed else v * (self.arm_speed / speed)
 
-    def margin(self, q: Array, fingers: Sequence[str]) -> float:
-        """Smallest distance of the fingers' driven joints from their limits [rad]."""
+    def meets_limit(self, q: Array, v: Array, fingers: Sequence[str], margin: float) -> bool:
+        """Whether a driven joint of the fingers is within a margin of a limit and on its way there.
+
+        Args:
+            q: (28,) joint angles [rad].
+            v: (28,) joint speeds [rad/s].
+            fingers: Which fingers.
+            margin: [rad].
+        """
         joints = [joint for finger in fingers for joint in finger_joints(finger)]
         low, high = self.robot.limits[joints].T
-        return float(np.minimum(q[joints] - low, high - q[joints]).min())
+        angles, speeds = q[joints], v[joints]
+        down, up = (angles - low < margin) & (speeds < -MOVING), (high - angles < margin) & (speeds > MOVING)
+        return bool((down | up).any())
 
 
 def _between(a: Array, b: Array) -> Array:

@@ -22,7 +22,7 @@ SUPPORTING = ("FF", "RF")
 """The fingers that hold it meanwhile; the paper's IF is FF."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Handle:
     """What the fingers hold: a cylinder on a shaft, measured from the tip along the tool's axis.
 
@@ -101,15 +101,19 @@ class GaitPlan:
 
     def leaving(self, s: float) -> Array:
         """Posture (28,) with TH and MF the fraction s of the way off the handle; FF and RF hold."""
-        return self._posture({f: (1 - s) * self.roll[f][-1] + s * self.relocation[f][0] for f in ROLLING} | dict(self.hold))
+        return self._posture(
+            {f: (1 - s) * self.roll[f][-1] + s * self.relocation[f][0] for f in ROLLING} | dict(self.hold)
+        )
 
     def relocating(self, s: float) -> Array:
         """Posture (28,) with TH and MF the fraction s of the way back, off the handle; FF and RF hold."""
-        return self._posture({f: between(self.relocation[f], s) for f in ROLLING} | dict(self.hold))
+        return self._posture({**{f: between(self.relocation[f], s) for f in ROLLING}, **self.hold})
 
     def returning(self, s: float) -> Array:
         """Posture (28,) with TH and MF the fraction s of the way onto the handle again; FF and RF hold."""
-        return self._posture({f: (1 - s) * self.relocation[f][-1] + s * self.roll[f][0] for f in ROLLING} | dict(self.hold))
+        return self._posture(
+            {f: (1 - s) * self.relocation[f][-1] + s * self.roll[f][0] for f in ROLLING} | dict(self.hold)
+        )
 
     def _rolled(self, s: float) -> dict[str, Array]:
         return {finger: between(self.roll[finger], s) for finger in ROLLING}
@@ -117,7 +121,7 @@ class GaitPlan:
     def _posture(self, fingers: Mapping[str, Array]) -> Array:
         q = np.zeros(len(JOINTS))
         q[: len(self.arm)] = self.arm
-        for finger, angles in (dict(self.parked) | dict(fingers)).items():
+        for finger, angles in {**self.parked, **fingers}.items():
             q[list(finger_joints(finger))] = angles
         for follower, leader in COUPLED.items():
             q[INDEX[follower]] = q[INDEX[leader]]

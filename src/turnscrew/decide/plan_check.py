@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from turnscrew.decide.plan import ROLLING, SUPPORTING, GaitPlan
-from turnscrew.decide.plan_requirements import REQUIRED
-from turnscrew.decide.plan_scene import HANDLE, SHAFT, Stance, gaps, palm_gap
+from turnscrew.decide.plan_requirements import REQUIRED, Near
+from turnscrew.decide.plan_scene import Stance, gaps, palm_gap
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.chain import robot_chain
 from turnscrew.robot.joints import ARM, INDEX, WRIST, finger_joints
@@ -35,6 +36,9 @@ SAMPLING = 1.5e-4
 
 ROUNDING = 1e-5
 """Rounding of the plan file, and the planner's own tolerance, in any unit."""
+
+BETWEEN_KNOTS = 1e-3
+"""What the roll between the planner's knots may exceed its bounds by, in radians and cosines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,7 +94,7 @@ def violations(plan: GaitPlan) -> list[str]:
 
 def margins(plan: GaitPlan) -> dict[str, float]:
     """What a plan keeps clear of its limits, in SI units: joints, gaps, opposition, level, slip."""
-    tool, fingers = _least_gaps(plan)
+    least = _least_gaps(plan)
     rolled = [plan.rolling(s) for s in np.linspace(0.0, 1.0, SAMPLES)]
     pairs = [(touch(plan, q, "TH"), touch(plan, q, "MF")) for q in rolled]
     hold = touch(plan, plan.adding(1.0), "FF"), touch(plan, plan.adding(1.0), "RF")
@@ -99,8 +103,9 @@ def margins(plan: GaitPlan) -> dict[str, float]:
     return {
         "finger_joints": min(float(_joint_margin(q).min()) for q in _postures(plan)),
         "arm_joints": float(np.minimum(plan.arm - low, high - plan.arm).min()),
-        "tool_clearance": tool[0],
-        "finger_clearance": fingers[0],
+        "tool_clearance": least[Near.TOOL][0],
+        "own_clearance": least[Near.OWN][0],
+        "finger_clearance": least[Near.HAND][0],
         "opposition": max(float(one.n @ other.n) for one, other in pairs),
         "hold_opposition": float(hold[0].n @ hold[1].n),
         "level": max(abs(one.height - other.height) for one, other in pairs),
@@ -124,7 +129,7 @@ def slip(plan: GaitPlan, finger: str) -> float:
     axis, dyaw = plan.R_WT[:, 2], -plan.stroke / (ROLL_SAMPLES - 1)
     marks = [touch(plan, plan.rolling(s), finger) for s in np.linspace(0.0, 1.0, ROLL_SAMPLES)]
     total, worst = np.zeros(2), 0.0
-    for one, other in zip(marks[:-1], marks[1:], strict=True):
+    for one, other in pairwise(marks):
         turn = other.R @ one.R.T
         dphi = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
         point, p = (one.point + other.point) / 2, (one.p + other.p) / 2
@@ -157,52 +162,58 @@ def _joint_margin(q: Array) -> Array:
     """Distance of the joints of TH, FF, MF and RF from their limits [rad]."""
     joints = [joint for finger in (*ROLLING, *SUPPORTING) for joint in finger_joints(finger)]
     low, high = robot_chain().limits[joints].T
-    return np.minimum(q[joints] - low, high - q[joints])
+    return np.asarray(np.minimum(q[joints] - low, high - q[joints]))
 
 
 def _limits(plan: GaitPlan) -> list[str]:
-    found = {}
+    found: dict[str, float] = {}
     names = list(INDEX)
     limits = robot_chain().limits
     for q in _postures(plan):
         for finger in (*ROLLING, *SUPPORTING):
             for joint in finger_joints(finger):
                 margin = float(min(q[joint] - limits[joint, 0], limits[joint, 1] - q[joint]))
-                if margin < REQUIRED.joint_margin - ROUNDING:
+                if margin < REQUIRED.joint_margin - BETWEEN_KNOTS:
                     found[names[joint]] = min(margin, found.get(names[joint], margin))
     for joint, angle in enumerate(plan.arm):
         margin = float(min(angle - limits[joint, 0], limits[joint, 1] - angle))
         if margin < REQUIRED.joint_margin:
             found[names[joint]] = margin
-    return [f"{name} comes within {margin:.3f} rad of its limit" for name, margin in found.items()]
+    broken = [f"{name} comes within {margin:.3f} rad of its limit" for name, margin in found.items()]
+    bend = -float(plan.roll["TH"][:, -1].max())
+    if bend < REQUIRED.thumb_bend - BETWEEN_KNOTS:
+        broken.append(f"the thumb's last joint bends by {bend:.3f} rad only, less than {REQUIRED.thumb_bend:g}")
+    return broken
 
 
 def _contacts(plan: GaitPlan) -> list[str]:
     found: list[str] = []
-    room = plan.handle.length / 2 - REQUIRED.edge
     # halfway between the rows too, where straight lines leave the handle most
     for s in np.linspace(0.0, 1.0, 2 * len(plan.roll["TH"]) - 1):
         q = plan.rolling(s)
         thumb, middle = touch(plan, q, "TH"), touch(plan, q, "MF")
-        found += _pair(f"rolling {s:.2f}", thumb, middle, REQUIRED.opposition, REQUIRED.rolling_side, room)
+        found += _pair(f"rolling {s:.2f}", thumb, middle, REQUIRED.opposition, REQUIRED.rolling_side, REQUIRED.level)
         found += _below(f"rolling {s:.2f}: MF's lever", middle.lever, REQUIRED.rolling_lever)
     q = plan.adding(1.0)
     first, ring = touch(plan, q, "FF"), touch(plan, q, "RF")
-    found += _pair("holding", first, ring, REQUIRED.hold_opposition, REQUIRED.holding_side, room)
+    found += _pair("holding", first, ring, REQUIRED.hold_opposition, REQUIRED.holding_side, REQUIRED.hold_level)
     found += _below("holding: FF's lever", first.lever, REQUIRED.holding_lever)
-    return found + _below("holding: RF's lever", ring.lever, REQUIRED.holding_lever)
+    found += _below("holding: RF's lever", ring.lever, REQUIRED.holding_lever)
+    for finger, height in contact_heights(plan).items():
+        inside = plan.handle.length / 2 - abs(height - plan.handle.middle)
+        # 0.1 mm: these are the roll's start, which the planner's knots hold to a tenth of that
+        found += _below(f"{finger}'s contact is inside the handle's end by: it", inside, REQUIRED.edge - 1e-4)
+    return found
 
 
-def _pair(where: str, one: Touch, other: Touch, opposition: float, side: float, room: float) -> list[str]:
+def _pair(where: str, one: Touch, other: Touch, opposition: float, side: float, level: float) -> list[str]:
     cosine, step = float(one.n @ other.n), abs(one.height - other.height)
-    # 10 um and 1e-3: the planner's knots keep these bounds, the roll between them is only nearly so
+    # 0.1 mm in height: the planner's knots keep the bounds, the roll between them is only nearly so
     return [
-        *([f"{where}: normals at {cosine:.3f}, not {opposition}"] if cosine > opposition + 1e-3 else []),
-        *([f"{where}: contacts {step * 1e3:.2f} mm from level"] if step > REQUIRED.level + 1e-4 else []),
+        *([f"{where}: normals at {cosine:.3f}, not {opposition}"] if cosine > opposition + BETWEEN_KNOTS else []),
+        *([f"{where}: contacts {step * 1e3:.2f} mm from level"] if step > level + 1e-4 else []),
         *[f"{where}: gap {t.gap * 1e6:.0f} um" for t in (one, other) if abs(t.gap) > GAP_ERROR],
-        *[f"{where}: fingertip leans away ({t.side:.3f})" for t in (one, other) if t.side > side + 1e-3],
-        *[f"{where}: contact {abs(t.height) * 1e3:.1f} mm from the middle" for t in (one, other)
-          if abs(t.height) > room + 1e-4],
+        *[f"{where}: fingertip leans away ({t.side:.3f})" for t in (one, other) if t.side > side + BETWEEN_KNOTS],
     ]  # fmt: skip
 
 
@@ -211,8 +222,8 @@ def _slips(plan: GaitPlan) -> list[str]:
     return [f"{finger} slips {value * 1e3:.2f} mm while rolling" for finger, value in slips.items() if value > SLIP]
 
 
-def _least_gaps(plan: GaitPlan) -> tuple[tuple[float, str], tuple[float, str]]:
-    """Smallest gap to the tool and between links of the hand [m], and where."""
+def _least_gaps(plan: GaitPlan) -> dict[Near, tuple[float, str]]:
+    """Smallest gap of each kind [m], and where."""
     stances = [
         Stance(f"{name} {s:.2f}", phase(s), touching)
         for name, phase, touching in _phases(plan)
@@ -223,24 +234,22 @@ def _least_gaps(plan: GaitPlan) -> tuple[tuple[float, str], tuple[float, str]]:
     p_WH, R_WH = p[chain.palm], R[chain.palm]
     c, u = R_WH.T @ (plan.centre - p_WH), R_WH.T @ plan.R_WT[:, 2]
     found = gaps(stances, plan.handle, c, u)
-    is_tool = np.array([other in (HANDLE, SHAFT) for _, other in found.pairs])
-    palm = palm_gap(plan.rolling(0.0), plan.handle, c, u)
-
-    def least(rows: Array) -> tuple[float, str]:
-        row = int(rows[np.argmin(found.gap[rows])])
+    least = {}
+    for kind in Near:
+        row = found.least(kind)
         one, other = found.pairs[row]
-        return float(found.gap[row]), f"{stances[found.stance[row]].name}: {one[2:]} and {other.removeprefix('C_')}"
-
-    tool = least(np.flatnonzero(is_tool))
-    return min(tool, (palm, "palm and handle")), least(np.flatnonzero(~is_tool))
+        where = f"{stances[found.stance[row]].name}: {one.removeprefix('C_')} and {other.removeprefix('C_')}"
+        least[kind] = float(found.gap[row]), where
+    palm = palm_gap(plan.rolling(0.0), plan.handle, c, u)
+    least[Near.TOOL] = min(least[Near.TOOL], (palm, "palm and handle"))
+    return least
 
 
 def _clearances(plan: GaitPlan) -> list[str]:
-    (tool, near_tool), (fingers, near_finger) = _least_gaps(plan)
-    return [
-        *_below(f"{near_tool}: gap", tool, REQUIRED.tool_clearance - SAMPLING),
-        *_below(f"{near_finger}: gap", fingers, REQUIRED.finger_clearance - SAMPLING),
-    ]
+    found = []
+    for kind, (gap, where) in _least_gaps(plan).items():
+        found += _below(f"{where}: gap", gap, REQUIRED.clearance(kind) - SAMPLING)
+    return found
 
 
 def _lifts(plan: GaitPlan) -> list[str]:
@@ -254,10 +263,10 @@ def _lifts(plan: GaitPlan) -> list[str]:
     for name, way, fingers, least in ways:
         for finger in fingers:
             gap = np.array([touch(plan, way(s), finger).gap for s in np.linspace(0.0, 1.0, SAMPLES)])
-            if np.diff(gap)[gap[:-1] < least].min() < 0.0:
+            near = gap[:-1] < REQUIRED.cleared * least
+            if (near & (np.diff(gap) < 0.0)).any():
                 found.append(f"{name}: {finger} comes back towards the handle")
-            # along the normal the way is `least`; the gap of a finger that also moves sideways is a little different
-            found += _below(f"{name}: {finger}'s gap", float(gap[-1]), 0.9 * least)
+            found += _below(f"{name}: {finger}'s gap", float(gap[-1]), REQUIRED.cleared * least)
     return found
 
 

@@ -112,13 +112,15 @@ def nearest_point(point: Array, body: Body) -> Array:
 
 
 def _least(function: Callable[[Array], Array], count: int) -> Array:
-    """Minimiser (count,) over [-1, 1] of convex functions, by golden section."""
+    """Minimiser (count,) over [-1, 1] of convex functions: golden section, or an end where that is lower still."""
     low, high = np.full(count, -1.0), np.full(count, 1.0)
     for _ in range(SHRINKS):
         left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
         keep_left = function(left) < function(right)
         high, low = np.where(keep_left, right, high), np.where(keep_left, low, left)
-    return np.asarray((low + high) / 2)
+    tries = np.array([(low + high) / 2, np.full(count, -1.0), np.full(count, 1.0)])
+    lowest = np.argmin([function(t) for t in tries], axis=0)
+    return np.asarray(tries[lowest, np.arange(count)])
 
 
 def _local(offsets: Array, axes: Array) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 
 from turnscrew.decide.plan import Handle
 from turnscrew.decide.plan_geometry import Body, box, capsule, cylinder, rim_lines, separations
+from turnscrew.decide.plan_requirements import Near
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.chain import PALM_SHAPES, robot_chain
 from turnscrew.robot.joints import FINGERS
@@ -40,6 +41,7 @@ class Gaps:
     Attributes:
         gap: (m,) [m].
         stance: (m,) index of the stance.
+        near: (m) what kind of gap it is.
         pairs: (m) names of the two bodies; the first is a finger's link.
         ones: (m) the links.
         others: (m) what they are near to.
@@ -47,9 +49,14 @@ class Gaps:
 
     gap: Array
     stance: Array
+    near: list[Near]
     pairs: list[tuple[str, str]]
     ones: list[Body]
     others: list[Body]
+
+    def least(self, kind: Near) -> int:
+        """Row of the smallest gap of a kind."""
+        return int(np.argmin(np.where([near is kind for near in self.near], self.gap, np.inf)))
 
 
 @cache
@@ -114,17 +121,20 @@ def gaps(stances: Sequence[Stance], handle: Handle, c: Array, u: Array) -> Gaps:
         u: (3,) unit vector along the tool's axis, up, in H.
     """
     tool = dict(zip((HANDLE, SHAFT), tool_bodies(handle, c, u), strict=True))
-    ones, others, pairs, stance = [], [], [], []
+    ones, others, pairs, stance, near = [], [], [], [], []
     for index, (moment, bodies) in enumerate((moment, hand_bodies(moment.q)) for moment in stances):
         bodies |= tool
         tips = {link_name(finger, "distal") for finger in moment.touching}
+        touching = {link_name(finger, link) for finger in moment.touching for link in LINKS}
         for one, other in link_pairs():
             if not (other == HANDLE and one in tips):
                 ones.append(bodies[one])
                 others.append(bodies[other])
                 pairs.append((one, other))
                 stance.append(index)
-    return Gaps(separations(ones, others)[0], np.array(stance), pairs, ones, others)
+                at_tool = Near.OWN if one in touching else Near.TOOL
+                near.append(at_tool if other in (HANDLE, SHAFT) else Near.HAND)
+    return Gaps(separations(ones, others)[0], np.array(stance), near, pairs, ones, others)
 
 
 def palm_gap(q: Array, handle: Handle, c: Array, u: Array) -> float:

@@ -8,7 +8,7 @@ Paper: section IV-D describes the gait and leaves its postures open.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,27 +17,37 @@ from turnscrew.decide.plan import ROLLING, SUPPORTING, GaitPlan, Handle, between
 from turnscrew.decide.plan_check import contact_heights, margins
 from turnscrew.decide.plan_requirements import REQUIRED
 from turnscrew.decide.planner_arm import stand
-from turnscrew.decide.planner_problem import Wish
+from turnscrew.decide.planner_problem import LEAST_TILT, MOST_TILT
 from turnscrew.decide.planner_refine import Progress, Round, refine
 from turnscrew.decide.planner_roll import dense_roll
 from turnscrew.decide.planner_round import KNOTS, PARKED, Unknowns, finger_of, in_order, roll_knot
+from turnscrew.decide.planner_rows import Wish
 from turnscrew.errors import PlanError
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.chain import robot_chain
 from turnscrew.robot.joints import finger_joints
 from turnscrew.robot.model import RobotModel
 
-WANTED_STROKE = np.radians(68.0)
-"""Stroke that plans are made for: 45 deg of screw a round, 6 of slot play, 10 of losses at hand-overs, some to spare."""
+WANTED_STROKE = np.radians(60.0)
+"""Stroke that plans are made for: 45 deg of screw a round, up to 10 lost at hand-overs, some to spare."""
 
-LEAST_STROKE = np.radians(60.0)
+LEAST_STROKE = np.radians(54.0)
 """Stroke below which a round is not worth its hand-overs: 45 deg net would be left to luck."""
 
-SPARE = np.radians(3.0)
+SPARE = np.radians(4.0)
 """What the plan stays below the longest stroke, where every requirement is met without room."""
 
-CHANGES = 12
-"""Random starts that are tried after the known plans."""
+AMPLE = Wish(most_stroke=WANTED_STROKE + 2 * SPARE)
+"""First the stroke, up to more than is wanted."""
+
+TRADE = Wish(stroke=2.0, margin=10.0, clearance=2.0)
+"""What margins are worth: 6 deg of stroke, 0.02 rad of joint range and 1 mm of clearance are the same."""
+
+CHANGES = 4
+"""Random starts that are tried when no known plan leads to a round: another half minute."""
+
+HOPELESS = 0.1
+"""Sum of slacks (10 mm, 1 rad) of the best known start above which random changes are not worth trying."""
 
 SPREAD_ANGLE, SPREAD_PLACE, SPREAD_TILT = 0.15, 0.006, 0.1
 """Standard deviations of the random changes: of a finger's joints [rad], the handle's place [m], its axis."""
@@ -56,42 +66,42 @@ def make_plan(
         command: Kept in the plan: what made it.
 
     Raises:
-        PlanError: No round keeps the requirements with a stroke of 60 deg or more.
+        PlanError: No round keeps the requirements with a stroke of 62 deg or more.
     """
     rng = np.random.default_rng(seed)
     told = progress or (lambda _: None)
-    longest = _longest(handle, _starts(handle, known, rng), told)
-    wanted = min(WANTED_STROKE, longest.stroke - SPARE)
-    told(f"longest stroke {np.degrees(longest.stroke):.1f} deg; widening the margins at {np.degrees(wanted):.1f} deg")
-    wish = Wish(stroke=0.0, margin=3.0, clearance=2.0, least_stroke=wanted, most_stroke=wanted)
+    nearest = sorted(known, key=lambda plan: abs(plan.radius - handle.radius))
+    longest = _longest(handle, [grip_of(plan) for plan in nearest], rng, told)
+    most = min(WANTED_STROKE, longest.stroke - SPARE)
+    told(f"longest stroke {np.degrees(longest.stroke):.1f} deg; now for wide margins at {np.degrees(most):.1f} or less")
+    wish = replace(TRADE, least_stroke=min(LEAST_STROKE, most), most_stroke=most)
     wide = refine(handle, REQUIRED, longest.unknowns, wish, told)
     return assemble(wide if wide.keeps else longest, rng, command)
 
 
-def _longest(handle: Handle, starts: Iterable[Unknowns], told: Progress) -> Round:
+def _longest(handle: Handle, known: Sequence[Unknowns], rng: np.random.Generator, told: Progress) -> Round:
+    """The round with the longest stroke from the known grips, and from changed ones while none will do."""
     best: Round | None = None
-    for count, start in enumerate(starts):
+    nearest_miss = np.inf
+    for count in range(len(known) + CHANGES):
+        is_known = count < len(known)
+        if best is not None and best.stroke >= (WANTED_STROKE if is_known else LEAST_STROKE + SPARE):
+            return best
+        if not is_known and nearest_miss > HOPELESS:
+            break
         told(f"start {count + 1} for a handle of radius {handle.radius * 1e3:.1f} mm")
-        found = refine(handle, REQUIRED, start, Wish(), told)
+        grip = known[count % len(known)]
+        found = refine(handle, REQUIRED, grip if is_known else _changed(grip, rng), AMPLE, told)
+        nearest_miss = min(nearest_miss, found.missed)
         if found.keeps and (best is None or found.stroke > best.stroke):
             best = found
-        if best is not None and best.stroke > WANTED_STROKE + SPARE:
-            break
     if best is None or best.stroke < LEAST_STROKE + SPARE:
-        found_stroke = "none" if best is None else f"{np.degrees(best.stroke):.0f} deg"
+        longest = "none" if best is None else f"{np.degrees(best.stroke):.0f} deg"
         raise PlanError(
-            f"tool.handle.radius = {handle.radius:g}: no finger gait fits this handle (stroke found: {found_stroke}); "
-            "radii from 0.010 to 0.018 m work"
+            f"tool.handle.radius = {handle.radius:g}: no finger gait fits this handle (longest stroke: {longest}); "
+            "radii from 0.009 to 0.022 m work"
         )
     return best
-
-
-def _starts(handle: Handle, known: Sequence[GaitPlan], rng: np.random.Generator) -> Iterator[Unknowns]:
-    """Known plans, the nearest radius first, then the same changed at random."""
-    grips = [grip_of(plan) for plan in sorted(known, key=lambda plan: abs(plan.radius - handle.radius))]
-    yield from grips
-    for change in range(CHANGES):
-        yield _changed(grips[change % len(grips)], rng)
 
 
 def _changed(grip: Unknowns, rng: np.random.Generator) -> Unknowns:
@@ -104,7 +114,7 @@ def _changed(grip: Unknowns, rng: np.random.Generator) -> Unknowns:
             low, high = limits[list(finger_joints(finger))].T
             changed[name] = np.clip(value + turn[finger], low, high)
     changed["c"] = grip["c"] + rng.normal(0.0, SPREAD_PLACE, 3)
-    changed["u"] = grip["u"] + rng.normal(0.0, SPREAD_TILT, 2)
+    changed["u"] = np.clip(grip["u"] + rng.normal(0.0, SPREAD_TILT, 2), LEAST_TILT, MOST_TILT)
     return in_order(grip | changed)
 
 

@@ -21,10 +21,14 @@ HEADINGS = np.linspace(-0.4, 0.4, 5)
 """Directions of the fingers, seen from above, that are tried [rad]; 0 is straight away from the base."""
 
 SCREW_HEIGHT = 0.19
-"""Height of the screw above the arm's base [m]: the work stands on a bench a hand's breadth above the mounting plate."""
+"""Height of the screw above the arm's base [m]: the work stands on a low bench."""
 
 LEAST_MARGIN = 0.08
 """Distance of arm and wrist from their limits [rad]: the arm re-centres by up to 20 mm, 0.05 rad of the wrist."""
+
+
+ELBOW_UP = np.array([0.0, 1.1, 0.0, 0.9, 0.0, 0.0])
+"""Start of the inverse kinematics for arm and wrist [rad]; other starts may end with the elbow near the bench."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,14 +66,13 @@ def stand(robot: RobotModel, handle: Handle, unknowns: Unknowns, rng: np.random.
         p_WS = np.array([distance, 0.0, SCREW_HEIGHT])
         for heading in HEADINGS:
             R_WH = _palm(u, float(heading))
-            p_WH = p_WS + [0.0, 0.0, handle.middle] - R_WH @ unknowns["c"]
-            start = best.arm if best is not None else np.array([0.0, 1.1, 0.0, 0.9, 0.0, 0.0])
-            q = np.concatenate([start, np.zeros(len(JOINTS) - count)])
-            found = place_palm(robot, p_WH, R_WH, q, rng, margin=LEAST_MARGIN, starts=3)
+            p_WH = p_WS + np.array([0.0, 0.0, handle.middle]) - R_WH @ unknowns["c"]
+            q = np.concatenate([ELBOW_UP, np.zeros(len(JOINTS) - count)])
+            found = place_palm(robot, p_WH, R_WH, q, rng, margin=LEAST_MARGIN, starts=1)
             if found.status is Reach.SOLVED:
                 arm = found.q[:count]
                 margin = float(np.minimum(arm - low, high - arm).min())
-                if best is None or margin > best.margin:
+                if arm[3] > 0.0 and (best is None or margin > best.margin):
                     best = Stand(arm, p_WS, margin)
     if best is None:
         raise PlanError(f"the arm cannot hold a handle of radius {handle.radius * 1e3:.1f} mm upright in this grip")

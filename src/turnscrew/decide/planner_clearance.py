@@ -14,6 +14,7 @@ import numpy as np
 
 from turnscrew.decide.plan import Handle
 from turnscrew.decide.plan_geometry import Body, nearest_point, separations
+from turnscrew.decide.plan_requirements import Near
 from turnscrew.decide.plan_scene import HANDLE, LINKS, SHAFT, Gaps, Stance, gaps, link_name
 from turnscrew.decide.planner_kinematics import finger_kinematics
 from turnscrew.decide.planner_round import PARKED, Moment, Unknowns, axis, blended
@@ -42,6 +43,7 @@ class Nearness:
         point: (3,) the nearest point on a box of the palm [m].
         direction: (3,) unit vector to the link's point.
         gap: Present gap [m].
+        near: What kind of gap it is.
     """
 
     moment: int
@@ -52,6 +54,7 @@ class Nearness:
     point: Array
     direction: Array
     gap: float
+    near: Near
 
 
 @dataclass(frozen=True)
@@ -59,14 +62,12 @@ class Clearance:
     """The clearance rows of one step.
 
     Attributes:
-        near: Points to watch.
-        tool: Smallest gap to the tool [m].
-        fingers: Smallest gap between links of the hand [m].
+        points: What to watch.
+        least: Smallest gap of each kind [m].
     """
 
-    near: tuple[Nearness, ...]
-    tool: float
-    fingers: float
+    points: tuple[Nearness, ...]
+    least: dict[Near, float]
 
 
 def clearance(moments: Sequence[Moment], unknowns: Unknowns, handle: Handle) -> Clearance:
@@ -76,9 +77,8 @@ def clearance(moments: Sequence[Moment], unknowns: Unknowns, handle: Handle) -> 
     found = gaps(stances, handle, c, u)
     order = np.argsort(found.gap)
     order = order[found.gap[order] < WATCHED][:MOST_PAIRS]
-    is_tool = np.array([other in (HANDLE, SHAFT) for _, other in found.pairs])
-    near = [nearness for row in order for nearness in _points(found, int(row), c, u)]
-    return Clearance(tuple(near), float(found.gap[is_tool].min()), float(found.gap[~is_tool].min()))
+    points = [nearness for row in order for nearness in _points(found, int(row), c, u)]
+    return Clearance(tuple(points), {kind: float(found.gap[found.least(kind)]) for kind in Near})
 
 
 def _points(found: Gaps, row: int, c: Array, u: Array) -> list[Nearness]:
@@ -96,7 +96,8 @@ def _points(found: Gaps, row: int, c: Array, u: Array) -> list[Nearness]:
             partner = float((nearest - other.centre) @ other.axes[2]) / max(other.half[2], 1e-9)
             if other.name in (HANDLE, SHAFT):
                 partner = float((nearest - c) @ u)
-            points.append(Nearness(int(found.stance[row]), *found.pairs[row], place, partner, nearest, direction, gap))
+            kind, names = found.near[row], found.pairs[row]
+            points.append(Nearness(int(found.stance[row]), *names, place, partner, nearest, direction, gap, kind))
     return points
 
 
@@ -116,8 +117,8 @@ def _towards(point: Array, other: Body) -> tuple[Array, Array, float]:
 
 def gap_rows(
     near: Sequence[Nearness], moments: Sequence[Moment], symbols: dict[str, ca.SX], handle: Handle, u: ca.SX
-) -> tuple[ca.SX, Array]:
-    """Gaps of the watched points as functions of the unknowns, and which of them are to the tool.
+) -> ca.SX:
+    """Gaps of the watched points as functions of the unknowns.
 
     Args:
         near: Points to watch.
@@ -143,7 +144,7 @@ def gap_rows(
         else:
             gap = ca.dot(n, point - ca.DM(item.point))
         rows.append(gap - radius_of[item.one])
-    return ca.vertcat(*rows), np.array([item.other in (HANDLE, SHAFT) for item in near], dtype=bool)
+    return ca.vertcat(*rows)
 
 
 _LINK_NAMES = {link_name(finger, link): (finger, place) for finger in FINGERS for place, link in enumerate(LINKS)}
@@ -166,4 +167,3 @@ def _ends(moments: Sequence[Moment], symbols: dict[str, ca.SX]) -> Callable[[int
 
 def _on_axis(ends: ca.SX, place: float) -> ca.SX:
     return ends[:, 0] * (1 - place) / 2 + ends[:, 1] * (1 + place) / 2
-

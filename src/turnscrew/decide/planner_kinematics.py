@@ -11,6 +11,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
+from turnscrew.geometry.arrays import Array
 from turnscrew.robot.chain import Chain, robot_chain
 from turnscrew.robot.joints import COUPLED, HAND_FINGERS, JOINTS, finger_joints
 
@@ -28,7 +29,7 @@ class FingerKinematics:
 
     tip: ca.Function
     links: ca.Function
-    knuckle: np.ndarray
+    knuckle: Array
 
 
 @cache
@@ -59,9 +60,7 @@ def finger_kinematics(finger: str) -> FingerKinematics:
     )
 
 
-def _place(
-    chain: Chain, finger: str, angles: ca.SX
-) -> tuple[dict[int, ca.SX], dict[int, ca.SX], dict[int, int]]:
+def _place(chain: Chain, finger: str, angles: ca.SX) -> tuple[dict[int, ca.SX], dict[int, ca.SX], dict[int, int]]:
     """Frames in H of the bodies from the palm to the fingertip, and the column of `angles` that turns each."""
     driven = [JOINTS[index] for index in finger_joints(finger)]
     p: dict[int, ca.SX] = {chain.palm: ca.SX.zeros(3)}
@@ -79,7 +78,8 @@ def _place(
     return p, R, columns
 
 
-def _rotation(axis: np.ndarray, angle: ca.SX) -> ca.SX:
+def _rotation(axis: Array, angle: ca.SX) -> ca.SX:
     x, y, z = axis
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return ca.SX.eye(3) + ca.sin(angle) * K + (1 - ca.cos(angle)) * (K @ K)
+    turn: ca.SX = ca.SX.eye(3) + ca.sin(angle) * K + (1 - ca.cos(angle)) * (K @ K)
+    return turn

@@ -13,30 +13,31 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from turnscrew.decide.plan import ROLLING, SUPPORTING, Handle
-from turnscrew.decide.plan_requirements import Requirements
+from turnscrew.decide.plan_requirements import Near, Requirements
 from turnscrew.decide.planner_clearance import Nearness, gap_rows
 from turnscrew.decide.planner_kinematics import finger_kinematics
 from turnscrew.decide.planner_round import KNOTS, LAST, Moment, Unknowns, axis, finger_of, roll_knot, sizes
+from turnscrew.decide.planner_rows import Outcome, Rows, Wish
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.chain import robot_chain
 from turnscrew.robot.joints import finger_joints
 
-MOST_TILT = 0.5
-"""Bound on x and z of the tool's axis in the palm frame: 30 deg, what wrist and arm can make up for."""
+LEAST_TILT, MOST_TILT = np.array([-0.3, -0.5]), np.array([0.3, 0.1])
+"""Bounds on x and z of the tool's axis in the palm frame, what wrist and arm can make up for: 17 deg sideways, fingers
+30 deg down or 6 deg up; further up, the forearm would come down to the bench."""
 
 STEP_ANGLE, STEP_PLACE, STEP_TILT = 0.25, 0.010, 0.1
 """Largest change of a joint [rad], the handle's place [m] and the tool's axis in one step of full length."""
 
 SLACK_PRICE = 20.0
-"""Objective per unit of slack (unit: 10 mm, 1 rad or 1): ten times what any bound's multiplier came to."""
-
-LEAST_STROKE, MOST_STROKE = 0.3, 2.5
-"""Range searched for the stroke [rad]; a round of less than 0.3 is lost to slot play and hand-overs."""
+"""Objective per unit of slack (unit: 10 mm, 1 rad or 1): above the multipliers that the bounds reach in rounds which
+keep them (up to 10, found by trial), so that slacks vanish there."""
 
 MOST_LIFT = 0.015
 """Largest distance a finger leaves the handle by, along the normal [m]: farther only takes time."""
@@ -44,80 +45,11 @@ MOST_LIFT = 0.015
 CENTIMETRE = 100.0
 """Lengths enter the program in units of 10 mm, the scale of their own bounds."""
 
+EXTRA_SHARE = {Near.TOOL: 1.0, Near.OWN: 0.3, Near.HAND: 0.3}
+"""How much of the extra clearance each kind of gap gets: fingers side by side have 2.4 mm at most."""
+
 MOST_MARGIN, MOST_CLEARANCE = 0.12, 0.003
 """Joint margin [rad] and extra clearance [m] beyond which more is no better."""
-
-
-@dataclass(frozen=True, slots=True)
-class Wish:
-    """What the program maximises besides smoothness.
-
-    Attributes:
-        stroke: Weight of the stroke [1/rad].
-        margin: Weight of the joint margin [1/rad].
-        clearance: Weight of the extra clearance [1/10 mm].
-        least_stroke: The stroke is at least this [rad].
-        most_stroke: The stroke never exceeds this [rad].
-    """
-
-    stroke: float = 1.0
-    margin: float = 0.0
-    clearance: float = 0.0
-    least_stroke: float = LEAST_STROKE
-    most_stroke: float = MOST_STROKE
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a step led to.
-
-    Attributes:
-        unknowns: New values.
-        slack: By how much each group of bounds is missed.
-        violation: Largest violation of a constraint.
-        objective: Of the program.
-        status: IPOPT's.
-    """
-
-    unknowns: Unknowns
-    slack: dict[str, float]
-    violation: float
-    objective: float
-    status: str
-
-    @property
-    def missed(self) -> float:
-        """Sum of slacks and violation: zero for a round that keeps all requirements."""
-        return sum(self.slack.values()) + self.violation
-
-
-class _Rows:
-    """Constraint rows with their bounds, and the slacks of their groups."""
-
-    def __init__(self) -> None:
-        self.terms: list[ca.SX] = []
-        self.low: list[float] = []
-        self.high: list[float] = []
-        self.slacks: dict[str, ca.SX] = {}
-
-    def zero(self, term: ca.SX) -> None:
-        """term == 0."""
-        self._add(term, 0.0, 0.0)
-
-    def least(self, group: str, term: ca.SX, bound: float | ca.SX) -> None:
-        """term >= bound, but for the group's slack."""
-        slack = self.slacks.setdefault(group, ca.SX.sym(f"slack_{group}"))
-        self._add(term - bound + slack, 0.0, np.inf)
-
-    def most(self, group: str, term: ca.SX, bound: float | ca.SX) -> None:
-        """term <= bound, but for the group's slack."""
-        self.least(group, -term, -bound)
-
-    def _add(self, term: ca.SX, low: float, high: float) -> None:
-        column = ca.vec(term)
-        self.terms.append(column)
-        self.low += [low] * column.numel()
-        self.high += [high] * column.numel()
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +82,7 @@ class Program:
         self._v = {name: ca.SX.sym(name, size) for name, size in sizes().items()}
         self._u = ca.vertcat(*axis(self._v["u"], ca.sqrt))
         self._margin, self._extra = ca.SX.sym("margin"), ca.SX.sym("extra")
-        self._rows = _Rows()
+        self._rows = Rows()
         contacts = self._roll()
         self._support()
         self._lift(contacts)
@@ -166,7 +98,7 @@ class Program:
         rows, slacks = self._rows, list(self._rows.slacks.values())
         x = ca.vertcat(*self._v.values(), self._margin, self._extra, *slacks)
         problem = {"x": x, "f": self._objective + SLACK_PRICE * sum(slacks), "g": ca.vertcat(*rows.terms)}
-        options = {
+        options: dict[str, Any] = {
             "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.max_iter": 150,
             "ipopt.tol": 1e-6, "ipopt.mu_strategy": "adaptive", "ipopt.bound_relax_factor": 0.0,
         }  # fmt: skip
@@ -208,17 +140,19 @@ class Program:
         return _Contact(name, tip, n, height, J)
 
     def _roll(self) -> dict[str, _Contact]:
-        rows, need, u = self._rows, self._need, self._u
+        rows, need = self._rows, self._need
         contacts: dict[str, _Contact] = {}
         for knot in range(KNOTS):
             for finger in ROLLING:
                 name = roll_knot(finger, knot)
                 now = contacts[name] = self._touch(finger, name, need.rolling_side)
+                if finger == "TH":
+                    rows.most("bend", self._v[name][-1], -need.thumb_bend)
                 if knot:
                     self._no_slip(contacts[roll_knot(finger, knot - 1)], now, finger, knot)
             thumb, middle = contacts[roll_knot("TH", knot)], contacts[roll_knot("MF", knot)]
             rows.most("opposition", ca.dot(thumb.n, middle.n), need.opposition)
-            self._level("level", thumb, middle)
+            self._level("level", thumb, middle, need.level)
             lever = middle.tip[2] - finger_kinematics("MF").knuckle[2]
             rows.least("lever", lever * CENTIMETRE, need.rolling_lever * CENTIMETRE)
         return contacts
@@ -229,10 +163,10 @@ class Program:
         slip = (before.J + now.J) @ turned / 2 + self._v["stroke"] / LAST * self._handle.radius * tangent
         self._rows.zero(ca.vertcat(ca.dot(slip, tangent), ca.dot(slip, self._u)) * CENTIMETRE)
 
-    def _level(self, group: str, one: _Contact, other: _Contact) -> None:
-        difference, bound = (one.height - other.height) * CENTIMETRE, self._need.level * CENTIMETRE
-        self._rows.most(group, difference, bound)
-        self._rows.least(group, difference, -bound)
+    def _level(self, group: str, one: _Contact, other: _Contact, bound: float) -> None:
+        difference = (one.height - other.height) * CENTIMETRE
+        self._rows.most(group, difference, bound * CENTIMETRE)
+        self._rows.least(group, difference, -bound * CENTIMETRE)
 
     def _support(self) -> None:
         rows, need = self._rows, self._need
@@ -244,7 +178,7 @@ class Program:
             self._leave("retreat", finger, hold, f"{finger}_retreat", need.retreat, 0.6)
         first, ring = holds["FF"], holds["RF"]
         rows.most("hold opposition", ca.dot(first.n, ring.n), need.hold_opposition)
-        self._level("hold level", first, ring)
+        self._level("hold level", first, ring, need.hold_level)
 
     def _lift(self, contacts: dict[str, _Contact]) -> None:
         for finger in ROLLING:
@@ -261,6 +195,12 @@ class Program:
         self._rows.most(group, along * CENTIMETRE, MOST_LIFT * CENTIMETRE)
         # the tiny term keeps the root smooth at zero length
         self._rows.most(group, (ca.sqrt(ca.dot(way, way) + 1e-8) - along / cosine) * CENTIMETRE, 0.0)
+        ends = finger_kinematics(finger).links(self._v[name])[:, 4:6]
+        for end in (0, 1):
+            offset = ends[:, end] - self._v["c"]
+            across = offset - ca.dot(offset, self._u) * self._u
+            away = ca.sqrt(ca.dot(across, across)) - self._handle.radius - robot_chain().tips[finger].rho
+            self._rows.least(group, away * CENTIMETRE, self._need.cleared * least * CENTIMETRE)
         # the way is straight in joint space, so it could begin inwards
         begins = ca.dot(contact.n, contact.J @ (self._v[name] - self._v[contact.name]))
         self._rows.least(group, (begins - along / 2) * CENTIMETRE, 0.0)
@@ -276,10 +216,10 @@ class Program:
 
     def _clear(self, near: Sequence[Nearness], moments: Sequence[Moment]) -> None:
         if near:
-            gap, is_tool = gap_rows(near, moments, self._v, self._handle, self._u)
-            bound = np.where(is_tool, self._need.tool_clearance, self._need.finger_clearance)
-            # more than asked of the fingers' mutual gaps would forbid that two of them lie side by side
-            self._rows.least("clearance", (gap - bound - np.where(is_tool, 1.0, 0.3) * self._extra) * CENTIMETRE, 0.0)
+            gap = gap_rows(near, moments, self._v, self._handle, self._u)
+            bound = np.array([self._need.clearance(point.near) for point in near])
+            share = np.array([EXTRA_SHARE[point.near] for point in near])
+            self._rows.least("clearance", (gap - bound - share * self._extra) * CENTIMETRE, 0.0)
 
     def _smoothness(self) -> ca.SX:
         """Small terms that choose among equals: an even roll, joints near their middle, a palm that lies level."""
@@ -301,16 +241,14 @@ class Program:
     def _bounds(self, wish: Wish, step: float) -> tuple[Array, Array]:
         low, high = [], []
         for name, size in sizes().items():
-            value = self._start[name]
+            reach = {"u": STEP_TILT, "c": STEP_PLACE}.get(name, STEP_ANGLE) * step
+            least, most = self._start[name] - reach, self._start[name] + reach
             if name == "stroke":
-                reach = [wish.least_stroke], [wish.most_stroke]
+                least, most = np.full(size, wish.least_stroke), np.full(size, wish.most_stroke)
             elif name == "u":
-                reach = np.maximum(value - STEP_TILT * step, -MOST_TILT), np.minimum(value + STEP_TILT * step, MOST_TILT)
-            else:
-                length = step * (STEP_PLACE if name == "c" else STEP_ANGLE)
-                reach = value - length, value + length
-            low.append(np.asarray(reach[0]).reshape(size))
-            high.append(np.asarray(reach[1]).reshape(size))
+                least, most = np.clip(least, LEAST_TILT, MOST_TILT), np.clip(most, LEAST_TILT, MOST_TILT)
+            low.append(least)
+            high.append(most)
         margin = self._need.joint_margin
         slacks = len(self._rows.slacks)
         return (

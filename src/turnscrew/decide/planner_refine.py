@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from turnscrew.decide.plan import Handle
-from turnscrew.decide.plan_requirements import Requirements
+from turnscrew.decide.plan_requirements import Near, Requirements
 from turnscrew.decide.planner_clearance import Clearance, clearance
-from turnscrew.decide.planner_problem import Outcome, Program, Wish
+from turnscrew.decide.planner_problem import Program
 from turnscrew.decide.planner_round import Unknowns, finger_of, moments
+from turnscrew.decide.planner_rows import Outcome, Wish
 
 MOST_STEPS = 25
 FREE_STEPS = 8
@@ -26,6 +27,9 @@ MISSED = 1e-4
 
 GAP_ERROR = 1e-4
 """Clearance that may be missing after the last step, whose rows are exact to first order only [m]."""
+
+SOLVED = "Solve_Succeeded"
+"""IPOPT's word for success."""
 
 Progress = Callable[[str], None]
 
@@ -53,10 +57,8 @@ class Round:
     @property
     def keeps(self) -> bool:
         """Whether all requirements are met."""
-        return (
-            self.missed < MISSED
-            and self.clearance.tool > self.need.tool_clearance - GAP_ERROR
-            and self.clearance.fingers > self.need.finger_clearance - GAP_ERROR
+        return self.missed < MISSED and all(
+            gap > self.need.clearance(kind) - GAP_ERROR for kind, gap in self.clearance.least.items()
         )
 
     @property
@@ -65,9 +67,7 @@ class Round:
         return float(self.unknowns["stroke"][0])
 
 
-def refine(
-    handle: Handle, need: Requirements, start: Unknowns, wish: Wish, progress: Progress | None = None
-) -> Round:
+def refine(handle: Handle, need: Requirements, start: Unknowns, wish: Wish, progress: Progress | None = None) -> Round:
     """The round that the sequence settles on, from a start that may break every requirement.
 
     Args:
@@ -82,7 +82,9 @@ def refine(
     near = clearance(watched, unknowns, handle)
     for step in range(1, MOST_STEPS + 1):
         length = SHORTEN ** max(0, step - FREE_STEPS)
-        outcome = Program(handle, need, watched, near.near, unknowns, wish, length).solve()
+        outcome = Program(handle, need, watched, near.points, unknowns, wish, length).solve()
+        if not np.isfinite(outcome.missed):
+            return Round(handle, need, unknowns, near, np.inf, step)
         moved = _largest_turn(unknowns, outcome.unknowns)
         unknowns = outcome.unknowns
         near = clearance(watched, unknowns, handle)
@@ -103,6 +105,7 @@ def _line(step: int, outcome: Outcome, near: Clearance) -> str:
     missed = {name: round(value, 4) for name, value in outcome.slack.items() if value > MISSED}
     return (
         f"step {step}: stroke {np.degrees(outcome.unknowns['stroke'][0]):.1f} deg, gaps to the tool "
-        f"{near.tool * 1e3:.1f} mm, between fingers {near.fingers * 1e3:.1f} mm"
+        f"{near.least[Near.TOOL] * 1e3:.1f} mm, between fingers {near.least[Near.HAND] * 1e3:.1f} mm"
         + (f", missing {missed}" if missed else "")
+        + ("" if outcome.status == SOLVED else f" ({outcome.status})")
     )

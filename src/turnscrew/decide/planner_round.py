@@ -101,14 +101,14 @@ def moments() -> tuple[Moment, ...]:
         for knot in range(KNOTS)
     ]
     for knot in (0, LAST):
-        for s in (1 / 3, 2 / 3, 1.0):
+        for s in (1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6, 1.0):
             support: dict[str, Blend] = {f: ((f"{f}_retreat", 1 - s), (f"{f}_hold", s)) for f in SUPPORTING}
             rolled: dict[str, Blend] = {f: ((roll_knot(f, knot), 1.0),) for f in ROLLING}
             found.append(Moment(f"support {s:.2f} at knot {knot}", rolled | support, (*ROLLING, *SUPPORTING)))
     hold: dict[str, Blend] = {f: ((f"{f}_hold", 1.0),) for f in SUPPORTING}
     legs = (("lift", "mid"), ("mid", "front"))
     for start, end in legs:
-        for s in (0.0, 1 / 3, 2 / 3, 1.0):
+        for s in (0.0, 1 / 4, 1 / 2, 3 / 4, 1.0):
             on_way: dict[str, Blend] = {f: ((f"{f}_{start}", 1 - s), (f"{f}_{end}", s)) for f in ROLLING}
             found.append(Moment(f"{start} to {end} {s:.2f}", on_way | hold, SUPPORTING))
     for place, knot in (("lift", LAST), ("front", 0)):

@@ -12,7 +12,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.robot.joints import ARM, COUPLED, FINGERS, INDEX, WRIST, finger_joints
 from turnscrew.robot.model import RobotModel, driven_jacobian
 
@@ -127,21 +127,22 @@ def place_fingertip(
 def _several_starts(
     errors: Errors, q: Array, joints: Array, bounds: Array, rng: np.random.Generator, starts: int
 ) -> Solution:
-    best: Solution | None = None
-    spent = 0
-    for attempt in range(starts):
-        posture = q.copy()
-        drawn = rng.uniform(bounds[:, 0], bounds[:, 1]) if attempt else q[joints]
-        posture[joints] = np.clip(drawn, bounds[:, 0], bounds[:, 1])
-        found = _descend(errors, _coupled(posture), joints, bounds)
-        spent += found.iterations
-        if best is None or found.residual < best.residual:
-            best = found
+    best = _descend(errors, _begin(q, joints, q[joints], bounds), joints, bounds)
+    spent = best.iterations
+    for _ in range(starts - 1):
         if best.status is Reach.SOLVED:
             break
-    if best is None:
-        raise ValueError(f"starts must be at least 1, not {starts}")
+        drawn = rng.uniform(bounds[:, 0], bounds[:, 1])
+        found = _descend(errors, _begin(q, joints, drawn, bounds), joints, bounds)
+        spent += found.iterations
+        best = found if found.residual < best.residual else best
     return Solution(best.q, best.status, best.residual, spent)
+
+
+def _begin(q: Array, joints: Array, angles: Array, bounds: Array) -> Array:
+    posture = q.copy()
+    posture[joints] = np.clip(angles, bounds[:, 0], bounds[:, 1])
+    return _coupled(posture)
 
 
 def _coupled(q: Array) -> Array:
@@ -154,7 +155,7 @@ def _descend(errors: Errors, q: Array, joints: Array, bounds: Array) -> Solution
     damping, identity = FIRST_DAMPING, np.eye(len(joints))
     e, J = errors(q)
     size = float(e @ e)
-    held = np.zeros(len(joints), dtype=bool)
+    held: Flags = np.zeros(len(joints), dtype=bool)
     iteration = 0
     while iteration < MOST_ITERATIONS and size > TOLERANCE**2 and damping < MOST_DAMPING:
         iteration += 1
@@ -177,7 +178,7 @@ def _descend(errors: Errors, q: Array, joints: Array, bounds: Array) -> Solution
     return Solution(q, status, float(np.sqrt(size)), iteration)
 
 
-def _held(angles: Array, gradient: Array, bounds: Array) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+def _held(angles: Array, gradient: Array, bounds: Array) -> Flags:
     at_low = (angles <= bounds[:, 0]) & (gradient < 0.0)
     at_high = (angles >= bounds[:, 1]) & (gradient > 0.0)
     return at_low | at_high

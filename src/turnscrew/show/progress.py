@@ -22,6 +22,7 @@ class ProgressView:
         self._console = console
         self._live = Live(console=console, refresh_per_second=8) if console.is_terminal else None
         self._next = 0.0
+        self._told = False
 
     def show(self, progress: Progress) -> None:
         """Shows the newest state; cheap enough for every tick."""
@@ -34,6 +35,14 @@ class ProgressView:
             # more often than the eye follows would only cost time
             self._next = progress.time + 0.1
             self._live.update(table(progress))
+
+    def tell(self, what: str) -> None:
+        """Shows how planning gets on before the run; elsewhere than on a terminal, that it has begun."""
+        if self._live is not None:
+            self._live.update(f"planning the gait for this handle: {what}")
+        elif not self._told:
+            self._told = True
+            self._console.print("planning the gait for this handle (up to a minute; it is kept)", soft_wrap=True)
 
     def __enter__(self) -> ProgressView:
         if self._live is not None:

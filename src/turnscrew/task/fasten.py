@@ -29,6 +29,7 @@ PROGRESS_PERIOD = 0.1
 """Simulated time between two calls of a run's progress callback [s]."""
 
 OnProgress = Callable[[Progress], None]
+OnPlanning = Callable[[str], None]
 
 
 @dataclass
@@ -50,15 +51,26 @@ class Run:
     judge: Judge
 
     @classmethod
-    def begin(cls, scenario: Scenario) -> Run:
+    def begin(cls, scenario: Scenario, on_planning: OnPlanning | None = None) -> Run:
         """Plans, draws the start and wires the loop.
+
+        Args:
+            scenario: What to run.
+            on_planning: Told in a line what the planner is doing, if there is anything to plan.
 
         Raises:
             PlanError: no plan fits the handle, or the start is out of reach.
         """
         robot = RobotModel()
         streams = generators(scenario.seed)
-        plan = plan_for(scenario.tool.handle.radius)
+        tool = scenario.tool
+        plan = plan_for(
+            tool.handle.radius,
+            length=tool.handle.length,
+            middle=tool.contact_height,
+            shaft_radius=tool.shaft_radius,
+            progress=on_planning,
+        )
         start = draw_start(scenario, plan, robot, streams["start"])
         cell = build_cell(scenario, start)
         blocks = build_blocks(scenario, plan, robot, start.believed_radius)
@@ -85,13 +97,16 @@ class Run:
         )
 
 
-def fasten(scenario: Scenario, out: Path, *, on_progress: OnProgress | None = None) -> Summary:
+def fasten(
+    scenario: Scenario, out: Path, *, on_progress: OnProgress | None = None, on_planning: OnPlanning | None = None
+) -> Summary:
     """Drives the screw until the scenario's goal is reached or a fault ends the run, and records it.
 
     Args:
         scenario: What to run.
         out: Folder of the record.
         on_progress: Called ten times a simulated second.
+        on_planning: Told in a line what the planner is doing, when the handle's gait has to be planned.
 
     Returns:
         The summary, which is also in the folder.
@@ -101,7 +116,7 @@ def fasten(scenario: Scenario, out: Path, *, on_progress: OnProgress | None = No
         RecordError: the folder cannot be written.
     """
     with Recorder(out, scenario) as recorder:
-        run = Run.begin(scenario)
+        run = Run.begin(scenario, on_planning)
         recorder.model(run.cell.xml)
         began = perf_counter()
         outcome, faults = "interrupted", list[Fault]()
