@@ -34,6 +34,8 @@ class PositionAdapter:
             thumb along itself): it costs them 1 % of a motion and bounds what lies beyond.
         guide: Rate at which a finger with a joint to spare (the thumb) keeps to the plan's posture [1/s].
         margin: Distance that commands keep from the joint limits [rad].
+        push: How far a finger that feels for the handle may be commanded ahead of itself [m]: it then presses with
+            some 4 N on whatever holds it up, such as another finger.
         speed: Fastest motion of a free joint's command [rad/s]: Shadow's 2-4 rad/s.
     """
 
@@ -41,6 +43,7 @@ class PositionAdapter:
     damping: float = 0.002
     guide: float = 4.0
     margin: float = 0.005
+    push: float = 0.003
     speed: float = 4.0
 
     def init(self, q: Array) -> Array:
@@ -81,7 +84,8 @@ class PositionAdapter:
                 step = goal.q_free[joints] + offset[joints] - q[joints]
                 q[joints] += np.clip(step, -self.speed * dt, self.speed * dt)
                 continue
-            J_c, v = self._contact_motion(row, goal, effort, estimate, tips, J)
+            ahead = float(np.linalg.norm(J[row, :3, joints].T @ (q - offset - estimate.q)[joints]))
+            J_c, v = self._contact_motion(row, goal, effort, estimate, tips, J, ahead)
             slack = v - J_c[:, PALM_JOINTS] @ palm_rate
             rest = goal.q_guide[joints] + offset[joints] - q[joints]
             q[joints] += dt * self._inverse(J_c[:, joints], slack, self.guide * rest)
@@ -89,11 +93,14 @@ class PositionAdapter:
         return self._limit(q, bend)
 
     def _contact_motion(
-        self, row: int, goal: Goal, effort: Effort, estimate: Estimate, tips: Fingertips, J: Array
+        self, row: int, goal: Goal, effort: Effort, estimate: Estimate, tips: Fingertips, J: Array, ahead: float
     ) -> tuple[Array, Array]:
-        """Jacobian (3, 28) of the finger's point at the contact, and that point's wanted velocity (3,) in W [m/s]."""
+        """Jacobian (3, 28) of the finger's point at the contact, and that point's wanted velocity (3,) in W [m/s].
+
+        `ahead` is how far the commanded fingertip is from the real one [m].
+        """
         if goal.roles[row] == Role.REACH:
-            return J[row, :3], goal.approach[row]
+            return J[row, :3], goal.approach[row] * (ahead < self.push)
         contact = estimate.c_W[row]
         x, y, z = contact - tips.p_WF[row]
         arm = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])

@@ -40,8 +40,9 @@ SPARE = np.radians(4.0)
 AMPLE = Wish(most_stroke=WANTED_STROKE + 2 * SPARE)
 """First the stroke, up to more than is wanted."""
 
-TRADE = Wish(stroke=2.0, margin=10.0, clearance=2.0)
-"""What margins are worth: 6 deg of stroke, 0.02 rad of joint range and 1 mm of clearance are the same."""
+TRADE = Wish(stroke=1.0, margin=4.0, clearance=4.0)
+"""What margins are worth: 23 deg of stroke, 0.1 rad of joint range and 1 mm of clearance are the same.  Rounds are
+lost to fingers that get into each other's way, not to short strokes."""
 
 CHANGES = 4
 """Random starts that are tried when no known plan leads to a round: another half minute."""
@@ -66,7 +67,7 @@ def make_plan(
         command: Kept in the plan: what made it.
 
     Raises:
-        PlanError: No round keeps the requirements with a stroke of 62 deg or more.
+        PlanError: No round keeps the requirements with a stroke of 54 deg or more.
     """
     rng = np.random.default_rng(seed)
     told = progress or (lambda _: None)

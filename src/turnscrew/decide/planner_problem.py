@@ -48,7 +48,7 @@ CENTIMETRE = 100.0
 EXTRA_SHARE = {Near.TOOL: 1.0, Near.OWN: 0.3, Near.HAND: 0.3}
 """How much of the extra clearance each kind of gap gets: fingers side by side have 2.4 mm at most."""
 
-MOST_MARGIN, MOST_CLEARANCE = 0.12, 0.003
+MOST_MARGIN, MOST_CLEARANCE = 0.12, 0.006
 """Joint margin [rad] and extra clearance [m] beyond which more is no better."""
 
 
