@@ -65,7 +65,7 @@ def runs(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Scenario, Path]]:
     """Stands in for the loop: reports progress and reaches the goal; returns what it was asked for."""
     asked: list[tuple[Scenario, Path]] = []
 
-    def fasten(scenario: Scenario, out: Path, *, on_progress: Any = None) -> Summary:
+    def fasten(scenario: Scenario, out: Path, *, on_progress: Any = None, on_planning: Any = None) -> Summary:
         asked.append((scenario, out))
         if on_progress is not None:
             on_progress(Progress(3.0, "roll", 1, 1.2, 0.024, 5.1, 0.01, 2.5))
@@ -121,14 +121,14 @@ def test_json_prints_the_summary_alone(run: Run, runs: list[tuple[Scenario, Path
 
 
 def test_run_that_ends_in_a_fault_returns_1_and_names_it(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    replace_loop(monkeypatch, lambda scenario, out, *, on_progress=None: ended("TIP_SLIP", scenario))
+    replace_loop(monkeypatch, lambda scenario, out, **_: ended("TIP_SLIP", scenario))
     status, out, _ = run("fasten")
     assert status == 1
     assert "TIP_SLIP at 1.50 s: 2.1 mm is more than 2 mm" in out
 
 
 def test_interrupt_returns_1_and_says_where_the_record_is(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(scenario: Scenario, out: Path, *, on_progress: Any = None) -> Summary:
+    def interrupted(scenario: Scenario, out: Path, *, on_progress: Any = None, on_planning: Any = None) -> Summary:
         raise KeyboardInterrupt
 
     replace_loop(monkeypatch, interrupted)
@@ -138,7 +138,7 @@ def test_interrupt_returns_1_and_says_where_the_record_is(run: Run, monkeypatch:
 
 
 def test_handle_that_no_plan_fits_is_told(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    def no_plan(scenario: Scenario, out: Path, *, on_progress: Any = None) -> Summary:
+    def no_plan(scenario: Scenario, out: Path, *, on_progress: Any = None, on_planning: Any = None) -> Summary:
         raise PlanError("no plan fits a handle\nof radius 0.05 m")
 
     replace_loop(monkeypatch, no_plan)
