@@ -14,10 +14,10 @@ from turnscrew.plant.log import MODEL
 
 Image = NDArray[np.uint8]
 
-AZIMUTH, ELEVATION = 128.0, -10.0
-"""Directions of view [deg] from which neither palm nor forearm hides the fingertips (found by trial)."""
+AZIMUTH, ELEVATION = 75.0, -12.0
+"""Directions of view [deg] from which thumb, first and middle finger are seen side by side (found by trial)."""
 
-DISTANCE, HEIGHT = 0.36, 0.115
+DISTANCE, HEIGHT = 0.31, 0.115
 """The hand fills the picture from here, the screw at its lower edge [m]."""
 
 CLOSE_DISTANCE, CLOSE_HEIGHT, CLOSE_ELEVATION = 0.055, 0.004, -28.0
