@@ -134,6 +134,10 @@ class RobotModel:
         mujoco.mj_fwdVelocity(self._model, self._data)
         return np.array(self._data.qfrc_bias)
 
+    def coriolis(self, q: Array, v: Array) -> Array:
+        """C_r v (28,) of (18): Coriolis and centrifugal torques [N.m]."""
+        return self.bias(q, v) - self.gravity(q)
+
     def gravity(self, q: Array) -> Array:
         """N (28,) of (18): torques that hold the robot against gravity [N.m]."""
         return self.bias(q, np.zeros(len(JOINTS)))
