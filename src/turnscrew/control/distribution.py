@@ -21,7 +21,8 @@ class Distribution:
 
     Attributes:
         friction: Coefficient counted with, below what is expected of skin on a handle: the rest is margin.
-        most: Largest squeeze [N]: a fingertip is safe for 5-8 N; more also bends the servo's postures away.
+        most: Largest squeeze asked for [N], a little more than the 5-8 N that a fingertip stands for long: it is
+            reached only at the end of a roll against the highest torques, and more bends the servos' postures away.
         rate: Integral gain of a pair's squeeze [1/s]: it settles in 1/8 s, a fifth of the time a pair is given to
             build up, and stays well below the finger servos' 90 rad/s.
         reach: Largest correction by the integral [N].

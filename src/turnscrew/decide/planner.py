@@ -100,7 +100,7 @@ def _longest(handle: Handle, known: Sequence[Unknowns], rng: np.random.Generator
         longest = "none" if best is None else f"{np.degrees(best.stroke):.0f} deg"
         raise PlanError(
             f"tool.handle.radius = {handle.radius:g}: no finger gait fits this handle (longest stroke: {longest}); "
-            "radii from 0.009 to 0.022 m work"
+            "radii from 0.010 to 0.018 m work"
         )
     return best
 
