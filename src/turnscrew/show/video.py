@@ -33,8 +33,10 @@ def film(folder: Path) -> Path:
         Where the video lies.
 
     Raises:
+        RecordError: The folder holds no run.
         RenderError: It could not be drawn.
     """
+    read_log(folder)
     command = [sys.executable, "-m", "turnscrew.show.video", str(folder)]
     drawn = subprocess.run(command, env=gl.environment(), capture_output=True, text=True)
     if drawn.returncode:
