@@ -5,7 +5,7 @@ from time import thread_time
 
 import numpy as np
 import pytest
-from estimation_rig import DT, RADIUS, ROBOT, Blurred, Noise, Truth, blur, gait
+from rigs.estimation import DT, RADIUS, ROBOT, Blurred, Noise, Truth, blur, gait
 
 from turnscrew.contact.tool_dynamics import ToolInertia
 from turnscrew.estimate.estimator import NO_CONTACT, EstimatorState, Reference, ToolEstimator

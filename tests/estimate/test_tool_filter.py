@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from estimation_rig import HANDLE, P_WS, ROBOT, contact, gait
+from rigs.estimation import HANDLE, P_WS, ROBOT, contact, gait
 
 from turnscrew.estimate.filter_state import OFFSET_COLUMNS, OFFSET_JOINTS, OFFSETS, RADIUS, SIZE, FilterState, Prior
 from turnscrew.estimate.tool_filter import Rows, ToolFilter, stacked
