@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from turnscrew.plant.cell import Cell
 from turnscrew.plant.log import read_log
 from turnscrew.plant.replay import load_model, replay
-from turnscrew.robot.joints import JOINTS
+from turnscrew.robot.joints import DRIVEN, INDEX, JOINTS
+from turnscrew.robot.model import RobotModel
 from turnscrew.task.fasten import fasten
 from turnscrew.task.scenario import load
 from turnscrew.task.signal_table import read_signals
@@ -68,10 +70,27 @@ def test_no_joint_leaves_its_range(run):
     assert (q < high + 1e-3).all()
 
 
-def test_no_servo_exceeds_its_torque(run):
-    model = load_model(run[1])
-    servos = [a for a in range(model.nu) if model.actuator(a).name != "thread"]
-    assert all(model.actuator_forcelimited[a] for a in servos)
+def test_servos_are_held_to_the_published_torques(run):
+    model, limits = load_model(run[1]), RobotModel().torque_limits
+    for name in DRIVEN:
+        servo = model.actuator(name)
+        assert servo.forcelimited
+        np.testing.assert_array_equal(servo.forcerange, limits[INDEX[name]] * np.array([-1.0, 1.0]))
+
+
+def test_a_simulation_that_diverges_ends_the_run_with_its_record(tmp_path, monkeypatch):
+    step, steps = Cell.step, []
+
+    def kicked(cell):
+        steps.append(0)
+        if len(steps) == 200:
+            cell.data.qvel[10] = np.nan
+        step(cell)
+
+    monkeypatch.setattr(Cell, "step", kicked)
+    summary = fasten(load(None, ["goal.rounds=1"], SEED), tmp_path)
+    assert summary.outcome == "DIVERGED"
+    assert len(read_log(tmp_path).time) >= 200
 
 
 def test_the_record_replays_to_the_last_bit(run):

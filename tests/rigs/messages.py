@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 import numpy as np
 
 from turnscrew.signals import Estimate, Goal, Role
@@ -21,8 +19,8 @@ def estimate_of(**changes: object) -> Estimate:
         "touching": np.zeros(5, dtype=bool), "f_W": np.zeros((5, 3)), "c_W": RADIUS * n + [0, 0, HEIGHT], "n_W": n,
         "gap": np.full(5, 0.01), "F_s": np.zeros(6), "status": "none",
     }  # fmt: skip
-    missing = {f.name: getattr(changes, f.name, np.zeros(3)) for f in fields(Estimate) if f.name not in rest}
-    return Estimate(**{**rest, **missing, **changes})
+    seen = {"p_WT_seen": np.zeros(3), "R_WT_seen": np.eye(3), "p_WT_refined": np.zeros(3), "R_WT_refined": np.eye(3)}
+    return Estimate(**{**rest, **seen, **changes})
 
 
 def goal_of(**changes: object) -> Goal:

@@ -84,8 +84,11 @@ class PositionAdapter:
                 step = goal.q_free[joints] + offset[joints] - q[joints]
                 q[joints] += np.clip(step, -self.speed * dt, self.speed * dt)
                 continue
-            ahead = float(np.linalg.norm(J[row, :3, joints].T @ (q - offset - estimate.q)[joints]))
-            J_c, v = self._contact_motion(row, goal, effort, estimate, tips, J, ahead)
+            if role == Role.REACH:
+                ahead = J[row, :3, joints].T @ (q - offset - estimate.q)[joints]
+                J_c, v = J[row, :3], goal.approach[row] * (ahead @ ahead < self.push**2)
+            else:
+                J_c, v = self._contact_motion(row, effort, estimate, tips, J)
             slack = v - J_c[:, PALM_JOINTS] @ palm_rate
             rest = goal.q_guide[joints] + offset[joints] - q[joints]
             q[joints] += dt * self._inverse(J_c[:, joints], slack, self.guide * rest)
@@ -93,14 +96,9 @@ class PositionAdapter:
         return self._limit(q, bend)
 
     def _contact_motion(
-        self, row: int, goal: Goal, effort: Effort, estimate: Estimate, tips: Fingertips, J: Array, ahead: float
+        self, row: int, effort: Effort, estimate: Estimate, tips: Fingertips, J: Array
     ) -> tuple[Array, Array]:
-        """Jacobian (3, 28) of the finger's point at the contact, and that point's wanted velocity (3,) in W [m/s].
-
-        `ahead` is how far the commanded fingertip is from the real one [m].
-        """
-        if goal.roles[row] == Role.REACH:
-            return J[row, :3], goal.approach[row] * (ahead < self.push)
+        """Jacobian (3, 28) of the finger's point at the contact, and that point's wanted velocity (3,) in W [m/s]."""
         contact = estimate.c_W[row]
         x, y, z = contact - tips.p_WF[row]
         arm = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])

@@ -66,8 +66,8 @@ class Gait:
         plan: Postures of one round.
         placing: Corrects them by the estimate.
         speed: Turning speed of the handle during the roll [rad/s].
-        squeeze: Normal force of each rolling finger without load [N]: with friction 1 and 5 N on the tip it leaves
-            3/4 of the friction cone to the torque, and stays below the 5-8 N that the fingertips are safe for.
+        squeeze: Normal force of each rolling finger without load [N]: with friction 1, the 2.1 N of thrust
+            that each carries for 5 N on the tip leave `sqrt(4^2 - 2.1^2)` = 3.4 N to the torque, .12 N.m at 18 mm.
         support_squeeze: The same for the supporting pair, which carries no torque [N].
         tip_force: Wanted force on the tip [N], found by trial: less lets the blade ride up, more costs friction.
         ramp: Time of the turning speed's rise and fall [s]: a tenth of a stroke.

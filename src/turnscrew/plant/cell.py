@@ -117,6 +117,12 @@ class Cell:
         mujoco.mj_step(self.model, self.data)
 
     @property
+    def diverged(self) -> bool:
+        """Whether the integration has failed: MuJoCo met a number that is not finite, or beyond all measure."""
+        kinds = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+        return any(self.data.warning[kind].number for kind in kinds)
+
+    @property
     def time(self) -> float:
         """Simulated time [s]."""
         return float(self.data.time)

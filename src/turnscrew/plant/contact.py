@@ -66,3 +66,5 @@ def set_solver(spec: mujoco.MjSpec, timestep: float) -> None:
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     option.impratio = IMPRATIO
     option.noslip_iterations = NOSLIP
+    # a state that diverges must be seen, not silently set back to the start
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET

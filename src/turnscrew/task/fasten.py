@@ -15,7 +15,7 @@ from turnscrew.geometry.rotations import exp_so3
 from turnscrew.plant.cell import Cell
 from turnscrew.plant.truth import Truth
 from turnscrew.robot.model import RobotModel
-from turnscrew.signals import Fault
+from turnscrew.signals import Fault, FaultKind
 from turnscrew.task.judge import Judge
 from turnscrew.task.loop import Loop, LoopState, Tick
 from turnscrew.task.record import Recorder
@@ -147,6 +147,11 @@ def _turn(run: Run, recorder: Recorder, faults: list[Fault], began: float, on_pr
             run.cell.prepare()
             recorder.step(run.cell.data)
             run.cell.step()
+            if run.cell.diverged:
+                faults.append(
+                    Fault(FaultKind.DIVERGED, run.cell.time, "the simulation met a number that is not finite")
+                )
+                return str(FaultKind.DIVERGED)
 
 
 def signals(tick: Tick, truth: Truth) -> dict[str, object]:
