@@ -23,11 +23,13 @@ class Vision:
         stamp: Time of exposure [s]; the frame arrives `latency` later.
         p_WT: (3,) tip position in W [m].
         R_WT: (3, 3) orientation of the tool.
+        P: (6, 6) covariance of the errors of p_WT [m], then of the orientation as a rotation vector in W [rad].
     """
 
     stamp: float
     p_WT: Array
     R_WT: Array
+    P: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,15 +40,21 @@ class Measurement:
         time: Time of the reading [s].
         q: (28,) encoder readings [rad].
         v: (28,) joint speeds from the encoders [rad/s].
-        f_F: (5, 3) force that each fingertip exerts on what it touches, in the fingertip's frame F [N].
+        f_F: (5, 3) force that each fingertip exerts on what it touches, in the fingertip's frame F [N]; None for a
+            hand without sensors there.
+        tau: (24,) torque of each drive as its strain gauge tells, in the order of `turnscrew.robot.joints.DRIVEN`
+            [N.m]; None for a hand without gauges.
         vision: The camera frame that arrived since the last tick, if any.
+        blind: Why the camera's newest frame gave no pose, in a few words; empty when it gave one.
     """
 
     time: float
     q: Array
     v: Array
-    f_F: Array
+    f_F: Array | None
+    tau: Array | None
     vision: Vision | None
+    blind: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +77,10 @@ class Estimate:
         n_W: (5, 3) handle's outward unit normals there, in W.
         gap: (5,) distance between fingertip and handle [m].
         F_s: (6,) wrench of the screw on the tool, in T, force first [N, N.m].
+        stiffness: k_s of the thread as identified [N.m/rad]; not a number where it is no spring.
+        tip_slip: How strongly the forces at the tip contradict a tip that stays where it is: 1 is the threshold.
+        P: (6, 6) covariance of the errors of p_WT [m], then of the orientation as a rotation vector in W [rad].
+        frame: What became of the camera's last frame: "taken", "refused" (an outlier), "late" or "none".
         status: What the pose refinement said of its last frame: "warm", "cold" (solved from the last or from a fresh
             start), "relaxed" (with wider boxes), "predicted" (not at all) or "no contact".
         p_WT_seen: (3,) the camera's last tip position, carried to now by odometry, in W [m]; NaN before the first.
@@ -92,6 +104,10 @@ class Estimate:
     n_W: Array
     gap: Array
     F_s: Array
+    stiffness: float
+    tip_slip: float
+    P: Array
+    frame: str
     status: str
     p_WT_seen: Array
     R_WT_seen: Array

@@ -21,7 +21,7 @@ def trail_until(time: float) -> Trail:
 def test_late_frame_is_brought_to_now_by_the_motion_since_its_stamp() -> None:
     trail = trail_until(0.5)
     for stamp in (0.4667, 0.45, 0.4111, 0.5):
-        seen = trail.to_now(Vision(stamp, V * stamp, exp_so3(OMEGA * stamp)))
+        seen = trail.to_now(Vision(stamp, V * stamp, exp_so3(OMEGA * stamp), np.eye(6)))
         assert seen is not None
         # constant motion is interpolated exactly; rounding only
         np.testing.assert_allclose(seen.p_WT, V * 0.5, atol=1e-12)
@@ -29,8 +29,8 @@ def test_late_frame_is_brought_to_now_by_the_motion_since_its_stamp() -> None:
 
 
 def test_frame_older_than_the_trail_is_refused() -> None:
-    assert trail_until(0.5).to_now(Vision(0.3, np.zeros(3), np.eye(3))) is None
-    assert Trail().to_now(Vision(0.0, np.zeros(3), np.eye(3))) is None
+    assert trail_until(0.5).to_now(Vision(0.3, np.zeros(3), np.eye(3), np.eye(6))) is None
+    assert Trail().to_now(Vision(0.0, np.zeros(3), np.eye(3), np.eye(6))) is None
 
 
 def test_trail_stays_short() -> None:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from functools import cache
 
 import numpy as np
+from rigs.plants import Still
 
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.closest import ClosestPoints, closest_points
@@ -229,9 +230,10 @@ def blur(truths: tuple[Truth, ...], seed: int, noise: Noise | None = None) -> Bl
     out = []
     for truth in truths:
         encoders, (q, v) = noise.encoders.update(encoders, truth.q, truth.time)
-        gauges, f_F = noise.force.update(gauges, truth.f_F, truth.time)
-        camera, frame = noise.vision.update(camera, truth.p_WT, truth.R_WT, truth.time)
-        out.append(Measurement(truth.time, q, v, f_F, frame))
+        plant = Still(truth.time, truth.q, truth.f_F, truth.p_WT, truth.R_WT)
+        gauges, f_F, _ = noise.force.update(gauges, plant)
+        camera, frame, _ = noise.vision.update(camera, plant)
+        out.append(Measurement(truth.time, q, v, f_F, None, frame, ""))
     handle = replace(HANDLE, radius=RADIUS - radius_error)
     return Blurred(tuple(out), P_WS - b, handle, b, radius_error, encoders.offset)
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rigs.plants import Still
 
 from turnscrew.sense.fingertip_force import FingertipForce
 
@@ -19,7 +20,7 @@ def test_errors_stay_within_25_percent_and_30_degrees(seed: int) -> None:
     f = rng.normal(size=(5, 3)) * 5.0
     gains, angles = [], []
     for tick in range(2000):
-        state, reading = gauges.update(state, f, 0.05 * tick)
+        state, reading, _ = gauges.update(state, Still(0.05 * tick, f_F=f))
         gains.append(np.linalg.norm(reading, axis=1) / np.linalg.norm(f, axis=1) - 1.0)
         angles.append(angle(reading, f))
     # a rotation by a vector of 30 deg turns a force by 30 deg at most; rounding only
@@ -36,7 +37,7 @@ def test_part_of_the_error_is_constant_and_part_wanders_slowly() -> None:
     f = np.tile([0.0, 0.0, 5.0], (5, 1))
     gains = []
     for tick in range(20000):
-        state, reading = gauges.update(state, f, 0.01 * tick)
+        state, reading, _ = gauges.update(state, Still(0.01 * tick, f_F=f))
         gains.append(np.linalg.norm(reading, axis=1) / 5.0 - 1.0)
     series = np.array(gains)
     constant = gauges.constant_share * gauges.magnitude_error * state.constant[:, 0]
@@ -52,7 +53,7 @@ def test_no_force_reads_as_white_noise() -> None:
     state = gauges.init(np.random.default_rng(2))
     readings = []
     for tick in range(2000):
-        state, reading = gauges.update(state, np.zeros((5, 3)), 0.001 * tick)
+        state, reading, _ = gauges.update(state, Still(0.001 * tick, f_F=np.zeros((5, 3))))
         readings.append(reading)
     # 30000 samples know a deviation to .4 %
     np.testing.assert_allclose(np.std(readings), gauges.noise, rtol=0.02)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import numpy as np
+from rigs.plants import Still
 
 from turnscrew.geometry.rotations import exp_so3, log_so3
 from turnscrew.sense.vision import NoisyTruthVision
@@ -16,7 +17,7 @@ def frames(camera: NoisyTruthVision, seconds: float, seed: int = 0) -> list[tupl
     for tick in range(round(seconds / DT)):
         time = DT * tick
         p, R = np.array([0.0, 0.0, -0.001 * time]), exp_so3(np.array([0.0, 0.0, -time]))
-        state, frame = camera.update(state, p, R, time)
+        state, frame, _ = camera.update(state, Still(time, p_WT=p, R_WT=R))
         if frame is not None:
             out.append((time, frame))
     return out

@@ -97,7 +97,7 @@ def test_signals_are_named_by_path(tmp_path: Path) -> None:
     fault = Fault(FaultKind.STALLED, 0.5, "0 deg in 2 s")
     with Recorder(tmp_path / "run", load()) as recorder:
         for step in range(12):
-            vision = Vision(0.25, np.arange(3.0), np.eye(3)) if step == 7 else None
+            vision = Vision(0.25, np.arange(3.0), np.eye(3), np.eye(6)) if step == 7 else None
             recorder.tick(
                 0.005 * step, measurement={"vision": vision, "q": np.arange(28.0)}, faults=(fault,) if step else (),
                 estimate={"F_s": np.arange(6.0), "touching": np.array([True] * 5), "f_W": np.ones((5, 3))},

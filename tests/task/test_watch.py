@@ -17,8 +17,8 @@ HELD = np.array([True, False, True, False, False])
 
 
 def measured(time, q=0.0, frame=True):
-    vision = Vision(time, np.zeros(3), np.eye(3)) if frame else None
-    return Measurement(time, np.full(28, q), np.zeros(28), np.zeros((5, 3)), vision)
+    vision = Vision(time, np.zeros(3), np.eye(3), np.eye(6)) if frame else None
+    return Measurement(time, np.full(28, q), np.zeros(28), np.zeros((5, 3)), None, vision, "")
 
 
 def watch(seconds, estimate=None, goal=None, **reading):

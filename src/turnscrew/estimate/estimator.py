@@ -24,7 +24,7 @@ from turnscrew.contact.grasp import grasp_matrix
 from turnscrew.estimate.arm_smoothing import ArmSmoother, ArmState
 from turnscrew.estimate.contacts import TouchDetector, TouchState
 from turnscrew.estimate.correction import Correction, Corrector
-from turnscrew.estimate.filter_state import FilterState, Prior
+from turnscrew.estimate.filter_state import FilterState, Prior, pose_covariance
 from turnscrew.estimate.handle_contacts import HandleContacts, capsules_of, handle_contacts
 from turnscrew.estimate.odometry import RollingOdometry
 from turnscrew.estimate.pose_refine import PoseRefiner, Refinement
@@ -194,7 +194,8 @@ class ToolEstimator:
         """Touch flags, odometry and the filter's prediction; also what odometry says of the yaw's change."""
         f = state.filter
         tips = self.fingertips(measurement.q - f.joint_offset())
-        touch = self.touch.update(state.touch, measurement.f_F, tips.R_WF, dt)
+        f_F = np.zeros((len(FINGERS), 3)) if measurement.f_F is None else measurement.f_F
+        touch = self.touch.update(state.touch, f_F, tips.R_WF, dt)
         weight = np.where(touch.touching, touch.level, 0.0)
         dtheta = self.odometry.increment(state.tips, tips, state.contacts.tip_W, weight, f.p_WT, f.R_WT)
         spin = float(f.R_WT[:, 2] @ dtheta)
@@ -259,6 +260,14 @@ class ToolEstimator:
         """What is handed on: III-A's orientation where it was solved within its boxes, otherwise the filter's."""
         return state.polished.R_WT if state.status in SOLVED else state.filter.R_WT
 
+    def _verdict(self, state: EstimatorState, measurement: Measurement) -> str:
+        """What became of this tick's camera frame."""
+        if measurement.vision is None:
+            return "none"
+        if state.correction is None or state.correction.vision is None:
+            return "late"
+        return "taken" if state.correction.vision else "refused"
+
     def _conclude(self, state: EstimatorState, measurement: Measurement, dt: float) -> tuple[EstimatorState, Estimate]:
         """Tip wrench and message."""
         f, contacts, touching = state.filter, state.contacts, state.touch.touching
@@ -284,6 +293,10 @@ class ToolEstimator:
             n_W=contacts.n_W,
             gap=contacts.gap,
             F_s=F_s,
+            stiffness=np.nan if self.wrench.stiffness is None else self.wrench.stiffness,
+            tip_slip=0.0,
+            P=pose_covariance(f.P),
+            frame=self._verdict(state, measurement),
             status=state.status,
             p_WT_seen=state.seen.p_WT,
             R_WT_seen=state.seen.R_WT,

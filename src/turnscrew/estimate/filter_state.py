@@ -71,6 +71,12 @@ class FilterState:
         )
 
 
+def pose_covariance(P: Array) -> Array:
+    """(6, 6) covariance of the errors of p_WT, then of the rotation vector, out of the filter's (27, 27)."""
+    order = [*range(TIP.start, TIP.stop), *range(THETA.start, THETA.stop)]
+    return P[np.ix_(order, order)]
+
+
 @dataclass(frozen=True, slots=True)
 class Prior:
     """Standard deviations at the start.

@@ -136,6 +136,10 @@ class Cell:
         """True force (5, 3) of each fingertip on what it touches, in its frame F [N], for the force sensors."""
         return self._contacts.fingertip_forces(self.data)
 
+    def drive_torques(self) -> Array:
+        """Torque (24,) of each drive in the order of `DRIVEN` [N.m], for the strain gauges."""
+        return np.array(self.data.actuator_force[: len(DRIVEN)])
+
     def tool_pose(self) -> tuple[Array, Array]:
         """True p_WT (3,) [m] and R_WT (3, 3), for the camera."""
         tool = self._contacts.tool_body

@@ -21,6 +21,7 @@ from numpy.random import Generator
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import exp_so3
 from turnscrew.robot.joints import FINGERS
+from turnscrew.sense.sensed import Sensed
 
 K = len(FINGERS)
 
@@ -70,17 +71,17 @@ class FingertipForce:
         constant = np.column_stack([rng.uniform(-1.0, 1.0, K), direction])
         return ForceState(rng, constant, rng.normal(size=(K, 4)), np.nan)
 
-    def update(self, state: ForceState, f_F: Array, time: float) -> tuple[ForceState, Array]:
+    def update(self, state: ForceState, plant: Sensed) -> tuple[ForceState, Array, None]:
         """Read the fingertips.
 
         Args:
             state: Of the last reading.
-            f_F: (5, 3) true force that each fingertip exerts on what it touches, in its frame F [N].
-            time: Now [s].
+            plant: With the true force that each fingertip exerts on what it touches, in its frame F [N].
 
         Returns:
-            The new state, and the (5, 3) reading in F [N].
+            The new state; the (5, 3) reading in F [N]; no drive torques.
         """
+        f_F, time = plant.fingertip_forces(), plant.time
         dt = 0.0 if np.isnan(state.time) else time - state.time
         keep = np.exp(-dt / self.wander_time)
         kick = state.rng.normal(size=(K, 4)) * np.sqrt(1.0 - keep * keep)
@@ -89,7 +90,7 @@ class FingertipForce:
         reading = np.empty((K, 3))
         for i in range(K):
             reading[i] = (1.0 + error[i, 0]) * (exp_so3(error[i, 1:]) @ f_F[i])
-        return moved, reading + state.rng.normal(0.0, self.noise, (K, 3))
+        return moved, reading + state.rng.normal(0.0, self.noise, (K, 3)), None
 
     def error(self, state: ForceState) -> Array:
         """(5, 4) error now in force: relative gain, and rotation vector in F [rad]."""

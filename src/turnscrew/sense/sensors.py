@@ -3,14 +3,34 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 from numpy.random import Generator
 
 from turnscrew.geometry.arrays import Array
 from turnscrew.sense.encoders import Encoders, EncoderState
-from turnscrew.sense.fingertip_force import FingertipForce, ForceState
-from turnscrew.sense.vision import NoisyTruthVision, VisionState
-from turnscrew.signals import Measurement
+from turnscrew.sense.sensed import Sensed
+from turnscrew.signals import Measurement, Vision
+
+
+class Camera(Protocol):
+    """Something that tells the tool's pose from time to time."""
+
+    def init(self, rng: Generator) -> Any:
+        """State before the first tick."""
+
+    def update(self, state: Any, plant: Sensed) -> tuple[Any, Vision | None, str]:
+        """New state; the frame that arrived since the last tick; why the newest frame gave no pose, or nothing."""
+
+
+class ForceSensor(Protocol):
+    """Something that tells what fingertips press with: by sensors in the tips, or by the drives' torques."""
+
+    def init(self, rng: Generator) -> Any:
+        """Draws this robot's constant errors."""
+
+    def update(self, state: Any, plant: Sensed) -> tuple[Any, Array | None, Array | None]:
+        """New state; f_F (5, 3) [N] or None; tau (24,) [N.m] or None, as in `Measurement`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,36 +38,30 @@ class SensorState:
     """States of the sensors."""
 
     encoders: EncoderState
-    force: ForceState
-    camera: VisionState
+    force: Any
+    camera: Any
 
 
 @dataclass(frozen=True)
 class Sensors:
-    """Encoders, fingertip forces and camera, in simulation."""
+    """Encoders, a force sensor and a camera, in simulation."""
 
     encoders: Encoders
-    force: FingertipForce
-    camera: NoisyTruthVision
+    force: ForceSensor
+    camera: Camera
 
     def init(self, encoders: Generator, force: Generator, camera: Generator) -> SensorState:
         """Draws this robot's constant errors, each sensor from its own stream."""
         return SensorState(self.encoders.init(encoders), self.force.init(force), self.camera.init(camera))
 
-    def update(
-        self, state: SensorState, time: float, q: Array, f_F: Array, p_WT: Array, R_WT: Array
-    ) -> tuple[SensorState, Measurement]:
+    def update(self, state: SensorState, plant: Sensed) -> tuple[SensorState, Measurement]:
         """Reads all sensors.
 
         Args:
             state: Of the last tick.
-            time: Now [s].
-            q: (28,) true joint angles [rad].
-            f_F: (5, 3) true forces of the fingertips on what they touch, in F [N].
-            p_WT: (3,) true tip position in W [m].
-            R_WT: (3, 3) true orientation of the tool.
+            plant: What is measured.
         """
-        encoders, (angles, speeds) = self.encoders.update(state.encoders, q, time)
-        force, forces = self.force.update(state.force, f_F, time)
-        camera, frame = self.camera.update(state.camera, p_WT, R_WT, time)
-        return SensorState(encoders, force, camera), Measurement(time, angles, speeds, forces, frame)
+        encoders, (angles, speeds) = self.encoders.update(state.encoders, plant.q, plant.time)
+        force, f_F, tau = self.force.update(state.force, plant)
+        camera, frame, blind = self.camera.update(state.camera, plant)
+        return SensorState(encoders, force, camera), Measurement(plant.time, angles, speeds, f_F, tau, frame, blind)

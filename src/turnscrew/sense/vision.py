@@ -9,6 +9,7 @@ from numpy.random import Generator
 
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import exp_so3
+from turnscrew.sense.sensed import Sensed
 from turnscrew.signals import Vision
 
 
@@ -52,18 +53,18 @@ class NoisyTruthVision:
         """Start with the shutter at a random phase, for camera and control share no clock."""
         return VisionState(rng, float(rng.uniform(0.0, 1.0 / self.rate)), ())
 
-    def update(self, state: VisionState, p_WT: Array, R_WT: Array, time: float) -> tuple[VisionState, Vision | None]:
+    def update(self, state: VisionState, plant: Sensed) -> tuple[VisionState, Vision | None, str]:
         """Expose when due and hand out the newest frame that has arrived.
 
         Args:
             state: Of the last call.
-            p_WT: (3,) true tip position in W [m].
-            R_WT: (3, 3) true orientation of the tool.
-            time: Now [s].
+            plant: Where the tool is.
 
         Returns:
-            The new state, and the frame that arrived since the last call, if any.
+            The new state; the frame that arrived since the last call, if any; and why there is no pose: never a reason.
         """
+        time = plant.time
+        p_WT, R_WT = plant.tool_pose()
         queue, due = state.queue, state.next_exposure
         if time >= due:
             # a stalled caller gets one frame, as a camera that overwrites its buffer would give
@@ -72,8 +73,9 @@ class NoisyTruthVision:
                 queue = (*queue, self._expose(state.rng, p_WT, R_WT, time))
         # half a microsecond keeps a frame from slipping by a tick through rounding of accumulated times
         arrived = [frame for frame in queue if frame.stamp + self.latency <= time + 5e-7]
-        return VisionState(state.rng, float(due), queue[len(arrived) :]), arrived[-1] if arrived else None
+        return VisionState(state.rng, float(due), queue[len(arrived) :]), arrived[-1] if arrived else None, ""
 
     def _expose(self, rng: Generator, p_WT: Array, R_WT: Array, time: float) -> Vision:
         p = p_WT + rng.normal(0.0, self.position_noise, 3)
-        return Vision(time, p, exp_so3(rng.normal(0.0, self.rotation_noise, 3)) @ R_WT)
+        P = np.diag([self.position_noise**2] * 3 + [self.rotation_noise**2] * 3)
+        return Vision(time, p, exp_so3(rng.normal(0.0, self.rotation_noise, 3)) @ R_WT, P)

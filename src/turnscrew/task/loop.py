@@ -91,5 +91,4 @@ class Loop:
         return following, Tick(measurement, estimate, faults, goal, effort, command)
 
     def _sense(self, state: SensorState, plant: Cell) -> tuple[SensorState, Measurement]:
-        p_WT, R_WT = plant.tool_pose()
-        return self.blocks.sensors.update(state, plant.time, plant.q, plant.fingertip_forces(), p_WT, R_WT)
+        return self.blocks.sensors.update(state, plant)

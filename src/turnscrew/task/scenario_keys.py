@@ -7,40 +7,12 @@ already, so that a scenario that uses it gets a clear answer instead of a guess.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, TypeAlias
+from typing import Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import model_validator
 
-PAPER = "Tang, Jia, Xue, ICRA 2024"
-
-
-def key(default: Any, unit: str, meaning: str, source: str, **rules: Any) -> Any:
-    """A documented scenario key.
-
-    Args:
-        default: Its value when a scenario does not name it.
-        unit: Its SI unit, or "-" for a pure number or a word.
-        meaning: One sentence.
-        source: Where the default comes from.
-        **rules: `ge`, `le`, `gt`, `lt` as pydantic takes them; `later` maps values that are known
-            but not yet offered to what they come with.
-    """
-    extra = {"unit": unit, "source": source, "later": rules.pop("later", {})}
-    return Field(default, description=meaning, json_schema_extra=extra, **rules)
-
-
-def _tuple(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
-
-
-Sigma: TypeAlias = Annotated[float, Field(ge=0.0, le=0.02)]
-Triple: TypeAlias = Annotated[tuple[Sigma, Sigma, Sigma], BeforeValidator(_tuple)]
-
-
-class Table(BaseModel):
-    """A table of keys: frozen, strict about types, and closed to unknown names."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+from turnscrew.task.scenario_sensing import Estimation, Force, Markers, Sense, Vision
+from turnscrew.task.scenario_tables import PAPER, Table, key
 
 
 class Handle(Table):
@@ -69,6 +41,7 @@ class Tool(Table):
     """The screwdriver."""
 
     handle: Handle = Handle()
+    markers: Markers = Markers()
     mass: float = key(
         0.08, "kg", "Mass of the whole tool.", "assumed: a bench screwdriver of this size", ge=0.01, le=1.0
     )
@@ -184,95 +157,6 @@ class Robot(Table):
     )
 
 
-class Sense(Table):
-    """Errors of the robot's own sensors; offsets are drawn once a run."""
-
-    encoder_noise: float = key(
-        math.radians(0.05),
-        "rad",
-        "Noise of each joint reading, sigma.",
-        "assumed: a Hall sensor in each joint",
-        ge=0.0,
-        le=0.02,
-    )
-    joint_offset: float = key(
-        math.radians(0.57),
-        "rad",
-        "Constant offset of each hand joint, sigma.",
-        "assumed: joints calibrated to 0.01 rad",
-        ge=0.0,
-        le=0.1,
-    )
-    calibration_error: Triple = key(
-        (0.0015, 0.0015, 0.002),
-        "m",
-        "Constant error of the hand-to-screw calibration along x, y, z of W, sigma.",
-        "assumed: hand-eye calibration at 0.7 m",
-    )
-    radius_error: float = key(
-        0.0005,
-        "m",
-        "Constant error of the handle radius the robot believes in, sigma.",
-        "assumed: a handle measured with calipers",
-        ge=0.0,
-        le=0.005,
-    )
-
-
-class Vision(Table):
-    """The camera's estimate of the tool pose."""
-
-    source: Literal["noisy-truth", "rendered"] = key(
-        "noisy-truth",
-        "-",
-        "Where it comes from.",
-        f"{PAPER}, section V-A: pose read from the simulator, random noise added",
-        later={"rendered": "comes with the rendered camera"},
-    )
-    rate: float = key(30.0, "Hz", "Frames a second.", f"{PAPER}: Azure Kinect, colour camera", ge=1.0, le=200.0)
-    position_noise: float = key(
-        0.003,
-        "m",
-        "Noise of each axis of the position, sigma.",
-        "assumed: markers on the handle seen from 0.7 m",
-        ge=0.0,
-        le=0.05,
-    )
-    rotation_noise: float = key(
-        math.radians(2.0),
-        "rad",
-        "Noise of the rotation about each axis, sigma.",
-        "assumed: markers on the handle seen from 0.7 m",
-        ge=0.0,
-        le=0.5,
-    )
-    latency: float = key(1 / 30, "s", "From exposure to arrival.", "one frame at 30 Hz", ge=0.0, le=0.5)
-    dropout: float = key(0.0, "-", "Share of frames that never arrive.", "free choice", ge=0.0, le=0.95)
-
-
-class Force(Table):
-    """The estimate of the fingertip forces."""
-
-    source: Literal["tip", "strain"] = key(
-        "tip",
-        "-",
-        "Where it comes from.",
-        f"{PAPER}, section V-A: read from the simulator",
-        later={"strain": "comes with torque control"},
-    )
-    noise: float = key(
-        0.25, "-", "Largest relative error of the magnitude.", f"{PAPER}, footnote 7: within 25 %", ge=0.0, le=0.9
-    )
-    direction_noise: float = key(
-        math.radians(30.0),
-        "rad",
-        "Largest error of the direction.",
-        f"{PAPER}, footnote 7: within 30 deg",
-        ge=0.0,
-        le=1.0,
-    )
-
-
 class Start(Table):
     """Where the tool stands when the fingers have it; directions are drawn from the seed."""
 
@@ -354,6 +238,7 @@ class Scenario(Table):
     sense: Sense = Sense()
     vision: Vision = Vision()
     force: Force = Force()
+    estimate: Estimation = Estimation()
     start: Start = Start()
     goal: Goal = Goal.model_validate({})
     speed: Speed = Speed()
