@@ -65,6 +65,7 @@ class Estimate:
         time: [s].
         q: (28,) joint angles with the learned encoder offsets removed [rad].
         v: (28,) joint speeds [rad/s].
+        offset: (28,) encoder angles less joint angles, as learned [rad].
         p_WT: (3,) tip position in W [m].
         R_WT: (3, 3) orientation of the tool.
         nu: (6,) velocity of T, linear first, expressed in T [m/s, rad/s].
@@ -92,6 +93,7 @@ class Estimate:
     time: float
     q: Array
     v: Array
+    offset: Array
     p_WT: Array
     R_WT: Array
     nu: Array
@@ -201,8 +203,16 @@ class FaultKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """Trouble with its evidence: a sentence with the figure that was exceeded."""
+    """Trouble with its evidence.
+
+    Attributes:
+        kind: Its name.
+        time: When it was named [s].
+        evidence: A sentence with the figure that was exceeded.
+        ends: Whether the run cannot go on; other trouble is named once, when it begins, and lived with.
+    """
 
     kind: FaultKind
     time: float
     evidence: str
+    ends: bool = True

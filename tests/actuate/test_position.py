@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rigs.messages import estimate_of, goal_of
@@ -39,7 +41,8 @@ def held(q=Q):
 
 def update(goal, effort, estimate=None, state=Q, offset=None):
     estimate = estimate or held()
-    return ADAPTER.update(state, goal, effort, estimate, np.zeros(28) if offset is None else offset, DT)
+    estimate = estimate if offset is None else replace(estimate, offset=offset)
+    return ADAPTER.update(state, goal, effort, estimate, DT)
 
 
 def grip(**changes):

@@ -16,19 +16,25 @@ GRIP = np.array([Role.GRIP, 0, Role.GRIP, 0, 0])
 HELD = np.array([True, False, True, False, False])
 
 
-def measured(time, q=0.0, frame=True):
+def measured(time, q=0.0, frame=True, blind=""):
     vision = Vision(time, np.zeros(3), np.eye(3), np.eye(6)) if frame else None
-    return Measurement(time, np.full(28, q), np.zeros(28), np.zeros((5, 3)), None, vision, "")
+    return Measurement(time, np.full(28, q), np.zeros(28), np.zeros((5, 3)), None, vision, blind)
 
 
-def watch(seconds, estimate=None, goal=None, **reading):
-    state, kinds = WATCH.init(), set()
+def faults_of(seconds, estimate=None, goal=None, **reading):
+    """Faults of a while; readings may be functions of time."""
+    state, found = WATCH.init(), []
     for i in range(round(seconds / DT)):
         e = (estimate or (lambda t: estimate_of(touching=HELD)))(i * DT)
         g = (goal or (lambda t: goal_of(roles=GRIP, phase="roll" if t % 2 < 1 else "add")))(i * DT)
-        state, faults = WATCH.update(state, measured(i * DT, **reading), e, g, DT)
-        kinds |= {fault.kind for fault in faults}
-    return kinds
+        now = {name: value(i * DT) if callable(value) else value for name, value in reading.items()}
+        state, faults = WATCH.update(state, measured(i * DT, **now), e, g, DT)
+        found += faults
+    return found
+
+
+def watch(seconds, **given):
+    return {fault.kind for fault in faults_of(seconds, **given)}
 
 
 def test_nothing_is_named_while_all_is_well():
@@ -43,9 +49,9 @@ def test_nothing_is_named_while_all_is_well():
         (FaultKind.CONTACT_LOST, 0.4, {"estimate": lambda t: estimate_of(touching=HELD & [1, 0, 0, 0, 0])}),
         (FaultKind.STALLED, 9.0, {"goal": lambda t: goal_of(roles=GRIP, phase="add")}),
         (FaultKind.STALLED, 1.0, {"goal": lambda t: goal_of(roles=GRIP, round=int(t > 0.5))}),
-        (FaultKind.VISION_LOST, 2.2, {"frame": False}),
+        (FaultKind.VISION_LOST, 0.6, {"frame": False}),
         (FaultKind.TIMEOUT, 10.2, {}),
-        (FaultKind.DIVERGED, 0.1, {"q": np.nan}),
+        (FaultKind.DIVERGED, 0.1, {"estimate": lambda t: estimate_of(q=np.full(28, np.nan))}),
     ],
 )
 def test_each_trouble_has_its_name(kind, seconds, arguments):
@@ -62,6 +68,47 @@ def test_a_round_that_turned_the_screw_is_no_stall():
         "estimate": lambda t: estimate_of(touching=HELD, theta=2 * t),
     }
     assert watch(1.0, **turning) == set()
+
+
+def test_camera_that_goes_dark_for_two_seconds_is_named_once_and_lived_with():
+    faults = faults_of(4.0, frame=lambda t: not 1.0 < t < 3.0)
+    assert [(fault.kind, fault.ends) for fault in faults] == [(FaultKind.VISION_LOST, False)]
+    # half a second after the last frame, to a tick
+    assert abs(faults[0].time - 1.5) < 2 * DT
+
+
+def test_camera_that_stays_dark_ends_the_run_and_so_does_one_that_never_saw():
+    dark = faults_of(12.0, frame=lambda t: t < 1.0)
+    late = [fault.time for fault in dark if fault.ends and fault.kind is FaultKind.VISION_LOST]
+    never = [fault for fault in faults_of(3.0, frame=False, blind="no marker of DICT_4X4_50 in view") if fault.ends]
+    assert abs(late[0] - 11.0) < 2 * DT
+    assert abs(never[0].time - 2.0) < 2 * DT
+    assert never[0].evidence == "no pose from the camera since the start: no marker of DICT_4X4_50 in view"
+
+
+def test_three_refused_frames_make_the_pose_suspect_until_one_is_taken():
+    verdicts = {round(t / DT): "refused" for t in (0.1, 0.2, 0.3, 0.4)} | {round(0.5 / DT): "taken"}
+
+    def seen(t):
+        return estimate_of(touching=HELD, frame=verdicts.get(round(t / DT), "none"))
+
+    faults = faults_of(1.0, estimate=seen)
+    assert [(fault.kind, fault.ends) for fault in faults] == [(FaultKind.POSE_SUSPECT, False)]
+    assert abs(faults[0].time - 0.3) < DT
+
+
+def test_one_reading_without_a_number_is_named_and_a_lasting_one_ends_the_run():
+    once = faults_of(1.0, q=lambda t: np.nan if abs(t - 0.5) < DT / 2 else 0.0)
+    assert [(fault.kind, fault.ends) for fault in once] == [(FaultKind.POSE_SUSPECT, False)]
+    assert once[0].evidence == "no number from encoders"
+    assert any(fault.kind is FaultKind.DIVERGED and fault.ends for fault in faults_of(0.2, q=np.nan))
+
+
+def test_slip_of_the_tip_is_named_when_the_signal_reaches_one():
+    def slipping(t):
+        return estimate_of(touching=HELD, tip_slip=2.0 if t > 0.5 else 0.3)
+
+    assert [(fault.kind, fault.ends) for fault in faults_of(1.0, estimate=slipping)] == [(FaultKind.TIP_SLIP, False)]
 
 
 def test_evidence_tells_the_figure():

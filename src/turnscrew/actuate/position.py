@@ -57,17 +57,14 @@ class PositionAdapter:
         """
         return q.copy()
 
-    def update(
-        self, state: Array, goal: Goal, effort: Effort, estimate: Estimate, offset: Array, dt: float
-    ) -> tuple[Array, Command]:
+    def update(self, state: Array, goal: Goal, effort: Effort, estimate: Estimate, dt: float) -> tuple[Array, Command]:
         """One tick.
 
         Args:
             state: (28,) joint positions that realise X_d [rad].
             goal: Roles of the fingers.
             effort: Reference motion and contact forces.
-            estimate: Joint angles and contacts.
-            offset: (28,) encoder angle less joint angle, as learned [rad].
+            estimate: Joint angles, encoder offsets and contacts.
             dt: Time since the last tick [s].
 
         Returns:
@@ -75,7 +72,7 @@ class PositionAdapter:
         """
         tips = self.robot.fingertips(estimate.q)
         J = driven_jacobian(tips.J)
-        q = state.copy()
+        q, offset = state.copy(), estimate.offset
         palm_rate = self._move_palm(q, goal, estimate, dt)
         bend = self.robot.gravity(estimate.q)
         for row, joints in enumerate(FINGER_JOINTS):

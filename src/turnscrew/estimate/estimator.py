@@ -281,6 +281,7 @@ class ToolEstimator:
             time=measurement.time,
             q=measurement.q - f.joint_offset(),
             v=measurement.v,
+            offset=f.joint_offset(),
             p_WT=f.p_WT,
             R_WT=R_WT,
             nu=nu,

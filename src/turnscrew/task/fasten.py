@@ -138,9 +138,10 @@ def _turn(run: Run, recorder: Recorder, faults: list[Fault], began: float, on_pr
         if on_progress is not None and run.cell.time >= due:
             due += PROGRESS_PERIOD
             on_progress(progress(tick, run.cell.time / (perf_counter() - began)))
-        if tick.faults:
-            faults.extend(tick.faults)
-            return str(tick.faults[0].kind)
+        faults.extend(tick.faults)
+        for fault in tick.faults:
+            if fault.ends:
+                return str(fault.kind)
         if run.reached_goal(tick):
             return "goal"
         for _ in range(run.scenario.steps_per_tick):

@@ -73,7 +73,7 @@ class Loop:
             watch=self.watch.init(),
             gait=self.blocks.gait.init(),
             controller=self.blocks.controller.init(estimate),
-            adapter=self.blocks.adapter.init(measurement.q),
+            adapter=self.blocks.adapter.init(estimate.q + estimate.offset),
         )
 
     def tick(self, state: LoopState, plant: Cell) -> tuple[LoopState, Tick]:
@@ -84,7 +84,7 @@ class Loop:
         gait, goal = blocks.gait.update(state.gait, estimate, dt)
         watch, faults = self.watch.update(state.watch, measurement, estimate, goal, dt)
         controller, effort = blocks.controller.update(state.controller, goal, estimate, dt)
-        adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, measurement.q - estimate.q, dt)
+        adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, dt)
         # the servos close their loops on the encoders, whose zeros are off by what only the plant knows
         plant.write(command.q - sensors.encoders.offset[DRIVEN_INDEX])
         following = LoopState(sensors, estimator, watch, gait, controller, adapter)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,17 +19,25 @@ class WatchState:
         phase: Phase at the last tick.
         in_phase: Time in it [s].
         unheld: Time with fewer than two fingertips in contact [s].
-        unseen: Time since the last camera frame [s].
+        unseen: Time since the last camera frame that gave a pose [s].
+        seen: Whether there ever was one.
+        refused: Camera frames refused as outliers in a row.
+        unread: Time for which a reading has not been a number [s].
         round: Rounds at the last tick.
         theta: Screw angle when the last round ended [rad].
+        lasting: Trouble that the run lives with and that is not over: named when it began.
     """
 
-    phase: str
-    in_phase: float
-    unheld: float
-    unseen: float
-    round: int
-    theta: float
+    phase: str = ""
+    in_phase: float = 0.0
+    unheld: float = 0.0
+    unseen: float = 0.0
+    seen: bool = False
+    refused: int = 0
+    unread: float = 0.0
+    round: int = 0
+    theta: float = 0.0
+    lasting: frozenset[FaultKind] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -44,7 +53,12 @@ class Watch:
         off_centre: Distance of the tip from the drive that it cannot have inside the slot [m]: half the blade's width
             and a millimetre of the camera's error.
         least_turn: A round that turns the screw by less has failed [rad]: half of what counts as a round's worth.
-        unseen: Longest time without a camera frame [s].
+        unseen: Time without a camera pose after which the camera counts as lost [s]: 15 frames at 30 Hz, more than a
+            finger takes to cross the view,
+        blind: after which the run cannot go on [s]: rolling odometry loses about 1 deg of yaw in a stroke of a second,
+        sightless: and the same before the first pose [s], when the robot has only been told where the tool is.
+        refused: Camera frames refused in a row that make the pose suspect: one or two are outliers.
+        unread: Longest time without a number from an encoder or force sensor [s]: five ticks.
     """
 
     time_limit: float
@@ -53,55 +67,102 @@ class Watch:
     dropped: float = np.radians(15.0)
     off_centre: float = 0.004
     least_turn: float = np.radians(10.0)
-    unseen: float = 2.0
+    unseen: float = 0.5
+    blind: float = 10.0
+    sightless: float = 2.0
+    refused: int = 3
+    unread: float = 0.05
 
     def init(self) -> WatchState:
         """Nothing seen yet."""
-        return WatchState("", 0.0, 0.0, 0.0, 0, 0.0)
+        return WatchState()
 
     def update(
         self, state: WatchState, measurement: Measurement, estimate: Estimate, goal: Goal, dt: float
     ) -> tuple[WatchState, tuple[Fault, ...]]:
-        """One tick: the new state and the faults of this tick, worst first."""
+        """One tick: the new state and the faults of this tick, those that end the run first."""
         held = int(estimate.touching.sum()) >= 2
         new_round = goal.round != state.round
+        got = measurement.vision is not None
         following = WatchState(
             phase=goal.phase,
             in_phase=state.in_phase + dt if goal.phase == state.phase else 0.0,
             unheld=0.0 if held else state.unheld + dt,
-            unseen=0.0 if measurement.vision is not None else state.unseen + dt,
+            unseen=0.0 if got else state.unseen + dt,
+            seen=state.seen or got,
+            refused=0 if estimate.frame == "taken" else state.refused + (estimate.frame == "refused"),
+            unread=0.0 if not unread(measurement) else state.unread + dt,
             round=goal.round,
             theta=estimate.theta if new_round else state.theta,
         )
-        turned = estimate.theta - state.theta
-        return following, tuple(self._faults(following, measurement, estimate, goal, turned if new_round else np.inf))
+        turned = estimate.theta - state.theta if new_round else np.inf
+        ending = tuple(
+            Fault(kind, measurement.time, evidence)
+            for kind, evidence in self._ending(following, measurement, estimate, goal, turned)
+        )
+        lasting = dict(self._lasting(following, measurement, estimate))
+        begun = tuple(
+            Fault(kind, measurement.time, evidence, ends=False)
+            for kind, evidence in lasting.items()
+            if kind not in state.lasting
+        )
+        return replace(following, lasting=frozenset(lasting)), ending + begun
 
-    def _faults(
+    def _ending(
         self, state: WatchState, measurement: Measurement, estimate: Estimate, goal: Goal, turned: float
-    ) -> list[Fault]:
-        time, found = measurement.time, list[Fault]()
-
-        def name(kind: FaultKind, evidence: str) -> None:
-            found.append(Fault(kind, time, evidence))
-
-        if not (np.isfinite(measurement.q).all() and np.isfinite(estimate.p_WT).all()):
-            name(FaultKind.DIVERGED, "a reading or the estimate is not a number")
-            return found
+    ) -> Iterator[tuple[FaultKind, str]]:
+        """Trouble after which the run cannot go on, worst first."""
+        if not (np.isfinite(estimate.p_WT).all() and np.isfinite(estimate.q).all()):
+            yield FaultKind.DIVERGED, "the estimate is not a number"
+            return
+        if state.unread > self.unread:
+            yield FaultKind.DIVERGED, f"no number from {unread(measurement)} for {state.unread:.2f} s"
         lean = tilt(estimate.R_WT)
         if lean > self.dropped:
-            name(FaultKind.TOOL_DROPPED, f"the tool leans by {np.degrees(lean):.1f} deg")
+            yield FaultKind.TOOL_DROPPED, f"the tool leans by {np.degrees(lean):.1f} deg"
         off = float(np.hypot(*(estimate.p_WT - estimate.p_WS)[:2]))
         if off > self.off_centre:
-            name(FaultKind.TIP_SLIP, f"the tip is {off * 1e3:.1f} mm from the drive's centre")
-        gripping = int((goal.roles == Role.GRIP).sum())
-        if state.unheld > self.unheld and gripping >= 2:
-            name(FaultKind.CONTACT_LOST, f"fewer than two fingertips touch since {state.unheld:.2f} s")
+            yield FaultKind.TIP_SLIP, f"the tip is {off * 1e3:.1f} mm from the drive's centre"
+        if state.unheld > self.unheld and int((goal.roles == Role.GRIP).sum()) >= 2:
+            yield FaultKind.CONTACT_LOST, f"fewer than two fingertips touch since {state.unheld:.2f} s"
         if turned < self.least_turn:
-            name(FaultKind.STALLED, f"a round turned the screw by {np.degrees(turned):.1f} deg only")
+            yield FaultKind.STALLED, f"a round turned the screw by {np.degrees(turned):.1f} deg only"
         if state.in_phase > self.longest_phase:
-            name(FaultKind.STALLED, f"phase {state.phase} lasts {state.in_phase:.1f} s")
+            yield FaultKind.STALLED, f"phase {state.phase} lasts {state.in_phase:.1f} s"
+        if state.unseen > (self.blind if state.seen else self.sightless):
+            since = f"for {state.unseen:.1f} s" if state.seen else "since the start"
+            yield FaultKind.VISION_LOST, f"no pose from the camera {since}{_because(measurement.blind)}"
+        if measurement.time > self.time_limit:
+            yield FaultKind.TIMEOUT, f"{measurement.time:.0f} s have passed"
+
+    def _lasting(
+        self, state: WatchState, measurement: Measurement, estimate: Estimate
+    ) -> Iterator[tuple[FaultKind, str]]:
+        """Trouble that the estimator bridges: the contacts and the rolling fingers know the pose for a while."""
         if state.unseen > self.unseen:
-            name(FaultKind.VISION_LOST, f"no camera frame for {state.unseen:.1f} s")
-        if time > self.time_limit:
-            name(FaultKind.TIMEOUT, f"{time:.0f} s have passed")
-        return found
+            yield (
+                FaultKind.VISION_LOST,
+                f"no pose from the camera for {state.unseen:.1f} s{_because(measurement.blind)}",
+            )
+        if state.refused >= self.refused:
+            yield FaultKind.POSE_SUSPECT, f"{state.refused} camera frames in a row contradict the contacts"
+        elif state.unread > 0.0:
+            yield FaultKind.POSE_SUSPECT, f"no number from {unread(measurement)}"
+        if estimate.tip_slip >= 1.0:
+            yield FaultKind.TIP_SLIP, f"the tip does not stay where it is: signal {estimate.tip_slip:.1f} of 1"
+
+
+def unread(measurement: Measurement) -> str:
+    """Which readings are not numbers; nothing when all are."""
+    readings = {
+        "encoders": measurement.q,
+        "joint speeds": measurement.v,
+        "fingertip forces": measurement.f_F,
+        "strain gauges": measurement.tau,
+    }
+    # a sum is a number only if all are: a fifth of the time of looking at each
+    return " and ".join(name for name, value in readings.items() if value is not None and not np.isfinite(value.sum()))
+
+
+def _because(blind: str) -> str:
+    return f": {blind}" if blind else ""
