@@ -46,8 +46,8 @@ $(VENV)/.test-ready: requirements-dev.lock $(VENV)/.run-ready
 
 lock: $(VENV)/.test-ready
 	$(PIP) install uv
-	$(BIN)/uv pip compile $(LOCKED) --extra video --extra build pyproject.toml -o requirements.lock
-	$(BIN)/uv pip compile $(LOCKED) --extra video --extra build --extra dev -c requirements.lock pyproject.toml -o requirements-dev.lock
+	$(BIN)/uv pip compile $(LOCKED) --extra video --extra vision --extra plots --extra build pyproject.toml -o requirements.lock
+	$(BIN)/uv pip compile $(LOCKED) --extra video --extra vision --extra plots --extra build --extra dev -c requirements.lock pyproject.toml -o requirements-dev.lock
 	@! grep -nE '://' requirements.lock requirements-dev.lock
 
 clean:

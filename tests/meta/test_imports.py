@@ -33,6 +33,7 @@ LIBRARIES = {
     "typer": {"cli"},
     "av": {"show"},
     "PIL": {"show"},
+    "matplotlib": {"show"},
     "duckdb": {"task", "study", "show"},
 }
 TORQUE_FREE_ROOT = "__init__"

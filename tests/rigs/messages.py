@@ -14,7 +14,8 @@ def estimate_of(**changes: object) -> Estimate:
     """An upright tool at W's origin, five fingertips around the handle, level, nothing touching."""
     n = np.column_stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros(5)])
     rest: dict[str, object] = {
-        "time": 0.0, "q": np.zeros(28), "v": np.zeros(28), "offset": np.zeros(28), "p_WT": np.zeros(3), "R_WT": np.eye(3),
+        "time": 0.0, "q": np.zeros(28), "v": np.zeros(28), "offset": np.zeros(28),
+        "p_WT": np.zeros(3), "R_WT": np.eye(3),
         "nu": np.zeros(6), "radius": RADIUS, "p_WS": np.zeros(3), "theta": 0.0,
         "touching": np.zeros(5, dtype=bool), "f_W": np.zeros((5, 3)), "c_W": RADIUS * n + [0, 0, HEIGHT], "n_W": n,
         "gap": np.full(5, 0.01), "F_s": np.zeros(6), "stiffness": 0.02, "tip_slip": 0.0,
