@@ -116,6 +116,27 @@ def read_signals(folder: Path) -> dict[str, np.ndarray]:
     return {name: np.concatenate(pieces) for name, pieces in columns.items()}
 
 
+def column(columns: Mapping[str, np.ndarray], path: str, *shape: int) -> np.ndarray:
+    """A signal over all ticks, put together from its columns.
+
+    Args:
+        columns: As `read_signals` gives them.
+        path: Of the signal, such as `estimate.R_WT`.
+        *shape: Of its value at one tick.
+
+    Returns:
+        (n, *shape) values.
+
+    Raises:
+        RecordError: The record does not hold the signal.
+    """
+    try:
+        parts = [columns[name] for name in _labels(path, shape)]
+    except KeyError as error:
+        raise RecordError(f"the record has no signal {error.args[0]}; was it made by another version?") from None
+    return np.stack(parts, axis=-1).reshape(-1, *shape)
+
+
 def write_parquet(path: Path, columns: Mapping[str, np.ndarray]) -> None:
     """Writes columns of numbers and words as Parquet."""
     # a fifth of a second to import, wanted at the end of a run only
