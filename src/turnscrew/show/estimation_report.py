@@ -53,10 +53,10 @@ def report(todo: Sequence[Part], jobs: int, out: Path, console: Console) -> None
 
 def pose_table(done: Sequence[Mapping[str, Any]]) -> Table:
     """Errors of the pose, median over runs, and the worst run's rms."""
-    table = Table(
-        title=f"Tool pose while two fingers hold, {len(done)} runs: rms (worst run) / 95 % / largest", box=SIMPLE
-    )
-    for heading in ("estimated from", "tip [mm]", "tilt [deg]", "yaw [deg]", "NEES (6)", "solve [ms]", "solved"):
+    title = f"Tool pose while two fingers hold, {len(done)} runs: rms (worst run), 95 %, largest"
+    table = Table(title=title, box=SIMPLE)
+    headings = ("from", "tip [mm]", "tilt [deg]", "yaw [deg]", "NEES (6), in 95 %", "solve [ms], p99", "solved")
+    for heading in headings:
         table.add_column(heading, no_wrap=True)
     for name in done[0]["pose"]:
         figures = [entry["pose"][name] for entry in done]
@@ -67,7 +67,7 @@ def pose_table(done: Sequence[Mapping[str, Any]]) -> Table:
 
 def wrench_table(done: Sequence[Mapping[str, Any]]) -> Table:
     """Errors of the tip wrench, median over runs."""
-    table = Table(title="Wrench of the screw on the tip: rms error (worst run) / 95 % / largest", box=SIMPLE)
+    table = Table(title="Wrench of the screw on the tip: rms error (worst run), 95 %, largest", box=SIMPLE)
     for heading in ("component", "error", "rms error over rms truth"):
         table.add_column(heading, no_wrap=True)
     for name, unit, digits in (("f_z", "N", 2), ("f_xy", "N", 2), ("tau_z", "N.m", 4)):
@@ -105,21 +105,21 @@ def plots(done: Sequence[tuple[Part, Done]], out: Path) -> list[Path]:
 def _errors(spreads: Sequence[Mapping[str, float]], digits: int = 2) -> str:
     rms = [spread["rms"] for spread in spreads]
     p95, largest = median(spread["p95"] for spread in spreads), max(spread["max"] for spread in spreads)
-    return f"{median(rms):.{digits}f} ({max(rms):.{digits}f}) / {p95:.{digits}f} / {largest:.{digits}f}"
+    return f"{median(rms):.{digits}f} ({max(rms):.{digits}f}) {p95:.{digits}f} {largest:.{digits}f}"
 
 
 def _nees(figures: Sequence[Mapping[str, Any]]) -> str:
     known = [figure["nees"] for figure in figures if "nees" in figure]
     if not known:
         return ""
-    return f"{median(n['mean'] for n in known):.1f}, {100 * median(n['within_95'] for n in known):.0f} % in 95 %"
+    return f"{median(n['mean'] for n in known):.1f}, {100 * median(n['within_95'] for n in known):.0f} %"
 
 
 def _solve(figures: Sequence[Mapping[str, Any]]) -> str:
     known = [figure["solve_ms"] for figure in figures if "solve_ms" in figure]
     if not known:
         return ""
-    return f"{median(k['median'] for k in known):.2f}, p99 {median(k['p99'] for k in known):.1f}"
+    return f"{median(k['median'] for k in known):.2f}, {median(k['p99'] for k in known):.1f}"
 
 
 def _solved(figures: Sequence[Mapping[str, Any]]) -> str:
