@@ -247,7 +247,7 @@ def estimation(
     todo = parts(runs, cases(overrides or [], noise=noise, distance=distance), chosen(variants), out)
     # the table is wider than a narrow terminal: better its lines break than its cells
     console = Console()
-    console.width = max(console.width, 130)
+    console.width = max(console.width, 150)
     report(todo, jobs, out, console)
     return 0
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from rich.box import SIMPLE
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
@@ -57,7 +58,7 @@ def pose_table(done: Sequence[Mapping[str, Any]]) -> Table:
     table = Table(title=title, box=SIMPLE)
     headings = ("from", "tip [mm]", "tilt [deg]", "yaw [deg]", "NEES (6), in 95 %", "solve [ms], p99", "solved")
     for heading in headings:
-        table.add_column(heading, no_wrap=True)
+        table.add_column(escape(heading), no_wrap=True)
     for name in done[0]["pose"]:
         figures = [entry["pose"][name] for entry in done]
         cells = [_errors([figure["held"][key] for figure in figures]) for key in ("position_mm", "tilt_deg", "yaw_deg")]
@@ -69,12 +70,12 @@ def wrench_table(done: Sequence[Mapping[str, Any]]) -> Table:
     """Errors of the tip wrench, median over runs."""
     table = Table(title="Wrench of the screw on the tip: rms error (worst run), 95 %, largest", box=SIMPLE)
     for heading in ("component", "error", "rms error over rms truth"):
-        table.add_column(heading, no_wrap=True)
+        table.add_column(escape(heading), no_wrap=True)
     for name, unit, digits in (("f_z", "N", 2), ("f_xy", "N", 2), ("tau_z", "N.m", 4)):
         figures = [entry["wrench"][name] for entry in done]
         relative = [figure["relative"] for figure in figures if "relative" in figure]
         share = f"{100 * median(relative):.1f} % (worst {100 * max(relative):.1f} %)" if relative else ""
-        table.add_row(f"{name} [{unit}]", _errors(figures, digits), share)
+        table.add_row(escape(f"{name} [{unit}]"), _errors(figures, digits), share)
     return table
 
 
