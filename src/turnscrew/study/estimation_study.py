@@ -53,7 +53,7 @@ class Case:
     label: str
     overrides: tuple[str, ...]
     sweep: str = ""
-    level: float = float("nan")
+    level: float | None = None
 
 
 @dataclass(frozen=True)

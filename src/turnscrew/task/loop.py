@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from dataclasses import dataclass
 
 from turnscrew.actuate.position import DRIVEN_INDEX
@@ -63,8 +64,8 @@ class Loop:
             p_WT: (3,) where the robot believes the tip to be, in W [m].
             R_WT: (3, 3) how it believes the tool to stand.
         """
-        # only a look: the first tick reads again at the same time, so the sensors' clocks must not have moved
-        _, measurement = self._sense(sensors, plant)
+        # only a look: the first tick reads the very same again, so neither clocks nor random streams may move
+        _, measurement = self._sense(deepcopy(sensors), plant)
         estimator = self.blocks.estimator.init(measurement, p_WT, R_WT)
         _, estimate = self.blocks.estimator.update(estimator, measurement, self.dt)
         return LoopState(
