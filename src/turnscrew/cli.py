@@ -223,6 +223,31 @@ def video(
     return 0
 
 
+@app.command()
+def see(
+    source: Annotated[
+        str, typer.Argument(metavar="SOURCE", help="An image, a folder of images, a video, or a number.")
+    ],
+    calibration: Annotated[
+        Path, typer.Option("--calibration", metavar="FILE", help="Of the camera: TOML or OpenCV's.")
+    ],
+    overrides: SetOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object a picture.")] = False,
+) -> int:
+    """Find the tool by its markers in pictures of your own; 1 if no picture tells its pose."""
+    from turnscrew.sense.picture_source import see as look
+    from turnscrew.show.sightings import as_line, as_record
+    from turnscrew.task.camera_wiring import build_board
+    from turnscrew.task.scenario import load
+
+    wanted = load(None, overrides or [])
+    told = False
+    for frame in look(source, calibration, build_board(wanted), wanted.tool.markers.dictionary):
+        print(as_record(frame) if as_json else as_line(frame), flush=True)
+        told = told or frame.vision is not None
+    return 0 if told else 1
+
+
 @study_app.command()
 def estimation(
     runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Folders of runs.")],

@@ -25,3 +25,7 @@ class RecordError(TurnscrewError):
 
 class RenderError(TurnscrewError):
     """Pictures were asked for on a machine that cannot draw them."""
+
+
+class CameraError(TurnscrewError):
+    """A camera's calibration, markers or pictures cannot be used."""

@@ -83,7 +83,8 @@ class Estimate:
         P: (6, 6) covariance of the errors of p_WT [m], then of the orientation as a rotation vector in W [rad].
         frame: What became of the camera's last frame: "taken", "refused" (an outlier), "late" or "none".
         status: What the pose refinement said of its last frame: "warm", "cold" (solved from the last or from a fresh
-            start), "relaxed" (with wider boxes), "predicted" (not at all) or "no contact".
+            start), "relaxed" (with wider boxes), "predicted" (not at all), "no contact", or "filter" where none is
+            wanted.
         p_WT_seen: (3,) the camera's last tip position, carried to now by odometry, in W [m]; NaN before the first.
         R_WT_seen: (3, 3) the camera's last orientation, likewise.
         p_WT_refined: (3,) tip position of the refinement (1)-(6), likewise.

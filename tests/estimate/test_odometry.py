@@ -1,9 +1,13 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from rigs.estimation import ROBOT, contact, gait
 
-from turnscrew.estimate.odometry import RollingOdometry
+from turnscrew.estimate.filter_state import OFFSET_COLUMNS
+from turnscrew.estimate.odometry import Rolled, RollingOdometry
 from turnscrew.geometry.rotations import exp_so3
 from turnscrew.robot.model import Fingertips
 
@@ -33,7 +37,7 @@ def increment(dphi: float, dpsi: float, phi: list[float], weight: list[float]) -
     pad = [0.0] * (5 - len(phi))
     before, after = tips(phi + pad, [0.0] * 5), tips([a + dphi for a in phi] + pad, [dpsi] * 5)
     w = np.array(weight + pad)
-    return RollingOdometry().increment(before, after, contacts(phi + pad), w, np.zeros(3), np.eye(3))
+    return RollingOdometry().increment(before, after, contacts(phi + pad), w, np.zeros(3), np.eye(3)).dtheta
 
 
 @pytest.mark.parametrize(("dphi", "dpsi"), [(-0.002, 0.0), (0.0, 0.005), (-0.003, 0.006), (0.002, 0.002)])
@@ -58,7 +62,7 @@ def test_tilt_of_the_whole_grasp_is_seen() -> None:
     phi = [0.3, 0.3 + np.pi, 0.0, 0.0, 0.0]
     before, after = tips(phi, [0.0] * 5), tips(phi, [0.0] * 5, exp_so3(turn))
     weight = np.array([5.0, 3.0, 0.0, 0.0, 0.0])
-    dtheta = RollingOdometry().increment(before, after, contacts(phi), weight, np.zeros(3), np.eye(3))
+    dtheta = RollingOdometry().increment(before, after, contacts(phi), weight, np.zeros(3), np.eye(3)).dtheta
     # the prior takes 1/340 of the tilt
     np.testing.assert_allclose(dtheta, turn, rtol=5e-3)
 
@@ -74,7 +78,36 @@ def test_encoder_noise_does_not_accumulate() -> None:
     before, yaw = tips(phi0, [0.0] * 5), 0.0
     for _ in range(500):
         after = tips([a + e for a, e in zip(phi0, rng.normal(0, 0.002, 5), strict=True)], [0.0] * 5)
-        yaw += odometry.increment(before, after, contacts(phi0), weight, np.zeros(3), np.eye(3))[2]
+        yaw += odometry.increment(before, after, contacts(phi0), weight, np.zeros(3), np.eye(3)).dtheta[2]
         before = after
     # a random walk of 500 steps of 2 mrad x 1.39 would be at 60 mrad; the sum of differences stays at one reading's
     assert abs(yaw) < 0.012
+
+
+def test_sensitivities_are_the_derivatives_of_the_rotation() -> None:
+    """To a hand that is read displaced from one tick to the next, and to wrong joint offsets at both."""
+    stroke = [t for t in gait(1) if t.phase == "roll"]
+    first, second = stroke[80], stroke[84]
+    weight, odometry, step = np.array([5.0, 0.0, 5.0, 0.0, 0.0]), RollingOdometry(), 1e-5
+
+    def rolled(offset: np.ndarray, shift: np.ndarray) -> Rolled:
+        before, after = ROBOT.fingertips(first.q + offset), ROBOT.fingertips(second.q + offset)
+        after = replace(after, p_WF=after.p_WF + shift)
+        # the contact is the same piece of skin
+        skin = (before.R_WF @ piece[:, :, None])[:, :, 0] + before.p_WF
+        return odometry.increment(before, after, skin, weight, first.p_WT, first.R_WT)
+
+    tips = ROBOT.fingertips(first.q)
+    points = np.array([contact(tips, i, first.p_WT, first.R_WT).tip_W for i in range(5)])
+    piece = (tips.R_WF.transpose(0, 2, 1) @ (points - tips.p_WF)[:, :, None])[:, :, 0]
+    exact = rolled(np.zeros(28), np.zeros(3))
+    for axis in range(3):
+        shift = step * np.eye(3)[axis]
+        numeric = (rolled(np.zeros(28), shift).dtheta - rolled(np.zeros(28), -shift).dtheta) / (2 * step)
+        # linear, to rounding
+        np.testing.assert_allclose(exact.per_shift[:, axis], numeric, atol=1e-6)
+    for k, column in enumerate(OFFSET_COLUMNS):
+        offset = step * np.eye(28)[column]
+        numeric = (rolled(offset, np.zeros(3)).dtheta - rolled(-offset, np.zeros(3)).dtheta) / (2 * step)
+        # fitted to two contacts that slip by 1e-4, whose misfit the derivative leaves out
+        np.testing.assert_allclose(exact.per_offset[:, k], numeric, atol=0.05 * np.abs(numeric).max() + 1e-3)

@@ -24,8 +24,19 @@ def test_late_frame_is_brought_to_now_by_the_motion_since_its_stamp() -> None:
         seen = trail.to_now(Vision(stamp, V * stamp, exp_so3(OMEGA * stamp), np.eye(6)))
         assert seen is not None
         # constant motion is interpolated exactly; rounding only
-        np.testing.assert_allclose(seen.p_WT, V * 0.5, atol=1e-12)
-        np.testing.assert_allclose(log_so3(seen.R_WT @ exp_so3(OMEGA * 0.5).T), 0.0, atol=1e-12)
+        np.testing.assert_allclose(seen.pose.p_WT, V * 0.5, atol=1e-12)
+        np.testing.assert_allclose(log_so3(seen.pose.R_WT @ exp_so3(OMEGA * 0.5).T), 0.0, atol=1e-12)
+
+
+def test_covariance_of_a_late_frame_turns_with_the_tool() -> None:
+    rng = np.random.default_rng(0)
+    A = rng.normal(size=(6, 6))
+    seen = trail_until(0.5).to_now(Vision(0.41, np.zeros(3), np.eye(3), A @ A.T))
+    assert seen is not None
+    turn = exp_so3(OMEGA * 0.09)
+    # an error of orientation r becomes turn r; the tip is pushed along, and keeps its error
+    both = np.block([[np.eye(3), np.zeros((3, 3))], [np.zeros((3, 3)), turn]])
+    np.testing.assert_allclose(seen.P, both @ A @ A.T @ both.T, atol=1e-12)
 
 
 def test_frame_older_than_the_trail_is_refused() -> None:

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
+from turnscrew.sense.sensed import Image
+
+DARK = np.zeros((2160, 3840, 3), np.uint8)
 
 
 @dataclass(frozen=True)
@@ -19,6 +22,7 @@ class Still:
     p_WT: Array = field(default_factory=lambda: np.zeros(3))
     R_WT: Array = field(default_factory=lambda: np.eye(3))
     tau: Array = field(default_factory=lambda: np.zeros(24))
+    image: Image = field(default_factory=lambda: DARK)
 
     def fingertip_forces(self) -> Array:
         return self.f_F
@@ -28,3 +32,8 @@ class Still:
 
     def tool_pose(self) -> tuple[Array, Array]:
         return self.p_WT, self.R_WT
+
+    def picture(self, left: int, top: int, width: int, height: int) -> Image:
+        """A window of the image; its rim goes on where the window reaches beyond."""
+        rows, columns = np.arange(top, top + height), np.arange(left, left + width)
+        return np.take(np.take(self.image, rows, axis=0, mode="clip"), columns, axis=1, mode="clip")

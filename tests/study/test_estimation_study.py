@@ -48,6 +48,20 @@ def test_other_sensors_measure_the_same_run(folder: Path) -> None:
     assert 2e-3 < noisy.error[:, 0].mean() < 8e-3
 
 
+def test_sensors_that_stay_read_the_same_to_the_last_bit(folder: Path) -> None:
+    as_it_was, other = read(folder), read(folder, ["vision.position_noise=0.001"])
+    for before, after in zip(as_it_was.measurements, other.measurements, strict=True):
+        np.testing.assert_array_equal(before.q, after.q)
+        np.testing.assert_array_equal(before.f_F, after.f_F)
+
+
+def test_gauges_read_what_they_would_have_read(tmp_path: Path) -> None:
+    fasten(load(None, ["goal.time_limit=0.5", "force.source=strain"], 4), tmp_path)
+    as_it_was, other = read(tmp_path), read(tmp_path, ["vision.position_noise=0.001"])
+    for before, after in zip(as_it_was.measurements, other.measurements, strict=True):
+        np.testing.assert_array_equal(before.tau, after.tau)
+
+
 def test_variants_differ_as_they_should(folder: Path) -> None:
     traces, wrench = run(read(folder), ("camera", "(1)", "MAP"))
     camera, tip, filtered = (pose_figures(trace)["held"] for trace in traces)

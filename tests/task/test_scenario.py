@@ -108,8 +108,6 @@ def test_value_beyond_its_range_is_refused_with_the_range(name: str) -> None:
         ("screw.thread.law=rusty", "screw.thread.law = 'rusty': must be one of 'elastic', 'self-locking'"),
         ("sense.calibration_error=[0.001]", "sense.calibration_error"),
         ("robot.actuation=torque", "robot.actuation = 'torque': not yet, it comes with torque control"),
-        ("vision.source=rendered", "vision.source = 'rendered': not yet"),
-        ("force.source=strain", "force.source = 'strain': not yet"),
         ("tool.mass", "'tool.mass': an override is key=value"),
         ("=3", "'=3': an override is key=value"),
         ("tool.blade_thickness=0.002", "tool.blade_thickness = 0.002: must be below screw.slot_width"),

@@ -39,7 +39,7 @@ class ArmSmoother:
             to move at 6 mm/s within .2 s errs by .7 mm for a moment.
     """
 
-    time: float = 0.15
+    time: float = 0.25
 
     def init(self, q: Array) -> ArmState:
         """Start at the first reading q (28,), at rest."""

@@ -18,11 +18,14 @@ class TouchState:
         level: (5,) low-passed magnitude of each fingertip's force [N].
         f_W: (5, 3) low-passed force of each fingertip on what it touches, in W [N].
         touching: (5,) the flags.
+        pressing: (5,) which of them also press in this very reading: a finger that leaves is still flagged for some
+            50 ms, a millimetre of its way.
     """
 
     level: Array
     f_W: Array
     touching: Flags
+    pressing: Flags
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +46,7 @@ class TouchDetector:
     def init(self) -> TouchState:
         """No force, no touch."""
         k = len(FINGERS)
-        return TouchState(np.zeros(k), np.zeros((k, 3)), np.zeros(k, dtype=bool))
+        return TouchState(np.zeros(k), np.zeros((k, 3)), np.zeros(k, dtype=bool), np.zeros(k, dtype=bool))
 
     def update(self, state: TouchState, f_F: Array, R_WF: Array, dt: float) -> TouchState:
         """Take one reading.
@@ -56,6 +59,7 @@ class TouchDetector:
         """
         gain = dt / (self.time + dt)
         f_W = (R_WF @ f_F[:, :, None])[:, :, 0]
-        level = state.level + gain * (np.sqrt((f_F * f_F).sum(axis=1)) - state.level)
+        now = np.sqrt((f_F * f_F).sum(axis=1))
+        level = state.level + gain * (now - state.level)
         touching = np.where(state.touching, level > self.off, level > self.on)
-        return TouchState(level, state.f_W + gain * (f_W - state.f_W), touching)
+        return TouchState(level, state.f_W + gain * (f_W - state.f_W), touching, touching & (now > self.off))

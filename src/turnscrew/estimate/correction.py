@@ -1,18 +1,25 @@
-"""One correction of the filter: camera and tip first, contacts then, about the pose that the first two gave."""
+"""One correction of the filter: camera and tip first, contacts then, about the pose that the first two gave.
+
+The contacts bend: a handle that leans by 3 deg more meets the finger elsewhere, .9 mm off the tangent.  So their rows
+are taken anew where the last step led, until it leads nowhere else: Gauss-Newton on the maximum a posteriori.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from math import sqrt
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from turnscrew.estimate.filter_state import SIZE, THETA, TIP, FilterState, Prior
-from turnscrew.estimate.handle_contacts import handle_contacts
-from turnscrew.estimate.tool_filter import ToolFilter, stacked
-from turnscrew.estimate.trail import Pose
+from turnscrew.estimate.filter_state import OFFSET_COLUMNS, OFFSETS, SEEN, SIZE, THETA, TIP, FilterState, Prior
+from turnscrew.estimate.gated_step import Rows, gated_step, stacked
+from turnscrew.estimate.tool_filter import ToolFilter
+from turnscrew.estimate.trail import Seen
 from turnscrew.geometry.arrays import Array, Flags
+from turnscrew.geometry.closest import ClosestPoints, closest_points
 from turnscrew.geometry.profiles import Capsule
+from turnscrew.geometry.rotations import skew
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
 
 if TYPE_CHECKING:
@@ -21,6 +28,13 @@ if TYPE_CHECKING:
 PATIENCE = 10
 """Frames in a row (a third of a second) whose pose the gate may refuse before the camera is believed instead: by
 chance that is 1e-60, so the filter has lost the tool."""
+
+STRAIGHT = 0.002
+"""Way of handle or fingertip at the contact [m] over which rows count as straight: the gap bends away from its tangent
+by way^2 / (2 (R + r)), .08 mm here, a quarter of a contact's noise."""
+
+MAX_STEPS = 5
+"""Two are the rule from 3 deg of doubt, one from then on.  More are for a handle that the fingers can slide around."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +48,7 @@ class Correction:
         contacts: Rows of the fingers whose contact passed.
         refused: Frames refused in a row.
         restarted: Whether the pose was given up and taken from the camera.
+        steps: How often the contacts were taken anew.
     """
 
     state: FilterState
@@ -42,6 +57,27 @@ class Correction:
     contacts: tuple[int, ...]
     refused: int
     restarted: bool
+    steps: int
+
+
+class _Held(NamedTuple):
+    """Fingertips in contact, k of them.
+
+    Attributes:
+        rows: Their rows among all five.
+        capsules: Patches.
+        p_WF: (k, 3) centres in W [m].
+        R_WF: (k, 3, 3) orientations.
+        J: (k, 6, 17) Jacobians by the joints with offset states.
+        force: (k,) [N].
+    """
+
+    rows: tuple[int, ...]
+    capsules: tuple[Capsule, ...]
+    p_WF: Array
+    R_WF: Array
+    J: Array
+    force: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,55 +91,106 @@ class Corrector:
     def apply(
         self,
         state: FilterState,
-        seen: Pose | None,
+        seen: Seen | None,
         p_WS: Array,
         tips: Fingertips,
         capsules: tuple[Capsule, ...],
         touching: Flags,
+        force: Array,
         refused: int,
     ) -> Correction:
         """Correct.
 
         Args:
             state: Predicted.
-            seen: Camera pose brought to now, if a frame came.
+            seen: Camera frame brought to now, if one came.
             p_WS: (3,) where the drive's bottom centre was said to be, in W [m].
             tips: Fingertips with the learned offsets removed.
             capsules: Their patches.
             touching: (5,) flags.
+            force: (5,) forces of the fingertips [N].
             refused: Frames refused in a row so far.
         """
         f = self.filter
+        if seen is not None and f.common > 0.0:
+            state = f.lasting(state, seen.P)
         rows = f.tip_rows(state, p_WS)
         if seen is not None:
-            rows = stacked(f.vision_rows(state, seen.p_WT, seen.R_WT), rows)
+            rows = stacked(f.vision_rows(state, seen), rows)
         state, verdict = f.update(state, rows)
-        vision = None if seen is None else all(verdict.accepted[:2])
+        vision = None if seen is None else verdict.accepted[0]
         refused = refused if vision is None else 0 if vision else refused + 1
         restarted = seen is not None and refused >= PATIENCE
         if restarted and seen is not None:
             state, refused = self._restart(state, seen), 0
-        state, held = self._contacts(state, tips, capsules, touching)
-        return Correction(state, vision, verdict.accepted[-1], held, refused, restarted)
+        state, held, steps = self._contacts(state, tips, capsules, touching, force)
+        return Correction(state, vision, verdict.accepted[-1], held, refused, restarted, steps)
 
     def _contacts(
-        self, state: FilterState, tips: Fingertips, capsules: tuple[Capsule, ...], touching: Flags
-    ) -> tuple[FilterState, tuple[int, ...]]:
-        found = handle_contacts(self.handle, state.radius_error, capsules, tips, state.p_WT, state.R_WT)
-        held = [i for i in np.flatnonzero(touching).tolist() if found.points[i].on_patch]
-        if not held:
-            return state, ()
-        rows = self.filter.contact_rows(
-            state, [found.points[i] for i in held], [tips.p_WF[i] for i in held], [tips.J[i] for i in held]
+        self, state: FilterState, tips: Fingertips, capsules: tuple[Capsule, ...], touching: Flags, force: Array
+    ) -> tuple[FilterState, tuple[int, ...], int]:
+        """Takes in the contacts of some fingers; also which were believed, and in how many steps."""
+        near = {
+            i: self._closest(state, capsules[i], tips.p_WF[i], tips.R_WF[i]) for i in np.flatnonzero(touching).tolist()
+        }
+        which = [i for i, point in near.items() if point.on_patch]
+        if not which:
+            return state, (), 0
+        points = [near[i] for i in which]
+        held = _Held(
+            tuple(which),
+            tuple(capsules[i] for i in which),
+            tips.p_WF[which],
+            tips.R_WF[which],
+            tips.J[which].take(OFFSET_COLUMNS, axis=2),
+            force[which],
         )
-        state, verdict = self.filter.update(state, rows)
-        return state, tuple(i for i, good in zip(held, verdict.accepted, strict=True) if good)
+        error, here, spread, p_WF, steps = np.zeros(SIZE), state, state.P, held.p_WF, 0
+        while True:
+            rows = self.filter.contact_rows(here, spread, points, p_WF, held.J, held.force)
+            step = gated_step(state.P, Rows(rows.H, rows.z + rows.H @ error, rows.R, rows.blocks))
+            steps += 1
+            here = state.corrected(step.error, step.P)
+            # how far the contacts may slide, once they have told of each other; the weights must come to rest
+            spread = step.P if steps == 1 else spread
+            if steps == MAX_STEPS or _way(step.error - error, here.p_WT, points) < STRAIGHT:
+                break
+            error = step.error
+            p_WF, R_WF = _moved(held, error[OFFSETS])
+            points = [self._closest(here, c, p, R) for c, p, R in zip(held.capsules, p_WF, R_WF, strict=True)]
+        believed = tuple(i for i, good in zip(held.rows, step.verdict.accepted, strict=True) if good)
+        return here, believed, steps
 
-    def _restart(self, state: FilterState, seen: Pose) -> FilterState:
+    def _closest(self, state: FilterState, capsule: Capsule, p_WF: Array, R_WF: Array) -> ClosestPoints:
+        return closest_points(self.handle, capsule, state.p_WT, state.R_WT, p_WF, R_WF)
+
+    def _restart(self, state: FilterState, seen: Seen) -> FilterState:
         """The camera's pose with the prior's doubt; the constants, which did not change, are kept."""
         P = state.P.copy()
-        P[: TIP.stop], P[:, : TIP.stop] = 0.0, 0.0
+        for given_up in (slice(0, TIP.stop), SEEN):
+            P[given_up], P[:, given_up] = 0.0, 0.0
         sigma = np.zeros(SIZE)
         sigma[THETA], sigma[TIP] = self.prior.rotation, self.prior.tip
         P += np.diag(sigma**2)
-        return FilterState(seen.p_WT, seen.R_WT, state.b_W, state.radius_error, state.offset, P)
+        P[SEEN, SEEN] += self.filter.common * seen.P
+        return replace(state, p_WT=seen.pose.p_WT, R_WT=seen.pose.R_WT, seen_W=np.zeros(6), P=P)
+
+
+_SKEW = np.array([skew(e).ravel() for e in np.eye(3)])
+
+
+def _way(change: Array, p_WT: Array, points: list[ClosestPoints]) -> float:
+    """How far a change of the errors (36,) moves handle or fingertips at the contacts, at most [m]."""
+    lever = points[0].c_W - p_WT
+    turn, shift, bend = change[THETA], change[TIP], change[OFFSETS]
+    # all contacts are about as high; no joint of the hand is farther than .1 m from its fingertip
+    way = sqrt(float(turn @ turn) * float(lever @ lever)) + sqrt(float(shift @ shift))
+    return way + 0.1 * sqrt(float(bend @ bend))
+
+
+def _moved(held: _Held, offset: Array) -> tuple[Array, Array]:
+    """Fingertips (k, 3) and (k, 3, 3) after `offset` (17,) more has been taken off the readings [rad]."""
+    motion = -(held.J @ offset)
+    # one step is .02 rad at most, whose square is 4 micrometres at 20 mm
+    turn = (motion[:, 3:] @ _SKEW).reshape(-1, 3, 3)
+    return held.p_WF + motion[:, :3], held.R_WF + turn @ held.R_WF

@@ -21,30 +21,45 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from turnscrew.contact.grasp import grasp_matrix
-from turnscrew.estimate.arm_smoothing import ArmSmoother, ArmState
-from turnscrew.estimate.contacts import TouchDetector, TouchState
-from turnscrew.estimate.correction import Correction, Corrector
+from turnscrew.estimate.arm_smoothing import ArmSmoother
+from turnscrew.estimate.contacts import TouchDetector
+from turnscrew.estimate.correction import Corrector
+from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.estimate.filter_state import FilterState, Prior, pose_covariance
+from turnscrew.estimate.finger_force import FingerForceState, ForceFromTorque
 from turnscrew.estimate.handle_contacts import HandleContacts, capsules_of, handle_contacts
 from turnscrew.estimate.odometry import RollingOdometry
 from turnscrew.estimate.pose_refine import PoseRefiner, Refinement
-from turnscrew.estimate.refine_step import Refined, refine
-from turnscrew.estimate.screw_angle import AngleState, ScrewAngle
-from turnscrew.estimate.tip_wrench import TipWrench, WrenchState
+from turnscrew.estimate.readings import filled, is_pose
+from turnscrew.estimate.refine_step import refine
+from turnscrew.estimate.screw_angle import ScrewAngle
+from turnscrew.estimate.tilt_smoothing import TiltSmoother
+from turnscrew.estimate.tip_slip import SlipState, TipSlip
+from turnscrew.estimate.tip_wrench import TipWrench
 from turnscrew.estimate.tool_filter import ToolFilter
 from turnscrew.estimate.trail import Pose, Trail
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.euler import yaw
 from turnscrew.geometry.profiles import Capsule
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
-from turnscrew.robot.joints import FINGERS
+from turnscrew.robot.joints import ARM, FINGERS, WRIST
 from turnscrew.signals import Estimate, Measurement
 
 if TYPE_CHECKING:
     from turnscrew.robot.model import Fingertips
 
+FLIP = np.deg2rad(15.0)
+"""A frame that is turned by more tells nothing of the tip [rad]: a slip of 5 mm tilts a tool held 125 mm above it by
+2.3 deg, a synthetic camera errs by 3 deg an axis, a flipped marker by 30."""
+
 NO_CONTACT = "no contact"
 """Status while no frame has been refined, or the last had no fingertip in contact: III-A has nothing to work with."""
+
+REACH = len(ARM) + len(WRIST)
+"""Joints that move all fingertips alike: the first of the joint vector."""
+
+FILTERED = "filter"
+"""Status where no III-A is wanted: the filter's pose is handed on as it is."""
 
 NO_DATA = Pose(np.full(3, np.nan), np.full((3, 3), np.nan))
 
@@ -61,47 +76,6 @@ class Reference(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class EstimatorState:
-    """All that the estimator remembers between ticks.
-
-    Attributes:
-        arm: Smoothed joints of arm and wrist.
-        filter: Tool, screw, radius and offsets.
-        touch: Touch flags and low-passed forces.
-        tips: Fingertips at the last tick, with the present offsets removed.
-        capsules: Their patches.
-        contacts: Closest points there.
-        trail: The last moments of odometry.
-        since_correction: Time since the filter was last corrected [s].
-        correction: What the last correction did, None before the first.
-        refined: The last refinement, None before the first.
-        seen: The camera's last pose, carried along by odometry; NaN before the first.
-        polished: III-A's last pose, likewise.
-        status: What the refinement said of the last frame.
-        omega_T: (3,) low-passed angular velocity of the tool, in T [rad/s].
-        angle: The screw's angle.
-        wrench: The tip wrench's low-pass.
-    """
-
-    arm: ArmState
-    filter: FilterState
-    touch: TouchState
-    tips: Fingertips
-    capsules: tuple[Capsule, ...]
-    contacts: HandleContacts
-    trail: Trail
-    since_correction: float
-    correction: Correction | None
-    refined: Refined | None
-    seen: Pose
-    polished: Pose
-    status: str
-    omega_T: Array
-    angle: AngleState
-    wrench: WrenchState
-
-
-@dataclass(frozen=True, slots=True)
 class ToolEstimator:
     """Parameters of the whole estimation.
 
@@ -110,14 +84,19 @@ class ToolEstimator:
         handle: Patch of the handle in T, as said.
         p_WS: (3,) bottom centre of the screw's drive in W at the start, as said [m].
         wrench: Tip wrench (III-B), with tool and thread.
+        forces: Fingertip forces from the drives' torques; None for a hand with sensors in its fingertips.
+        reach: Distance from the handle beyond which a fingertip cannot touch it [m]: three sigmas of joint offsets
+            (.57 deg) and hand-to-screw calibration (2 mm) together.
         arm: Smoother of the arm's readings.
         touch: Touch detector.
         odometry: Rolling odometry.
+        tilt: Smoother of the tilt that it tells.
         filter: Noise of the filter.
         prior: Its doubt at the start.
-        refiner: III-A.
+        refiner: III-A, or None where the filter's pose is handed on as it is.
         reference: What (6) stays close to.
         angle: Slot play.
+        slip: Tests for a slip of the tip.
         correction_period: Longest time without a correction when no frame comes [s]: two periods of the camera.
         rate_time: Time constant of the tool's angular velocity [s]: encoder noise of .05 deg makes .15 deg of yaw,
             so 50 ms leave 3 deg/s.
@@ -127,14 +106,18 @@ class ToolEstimator:
     handle: SurfaceOfRevolution
     p_WS: Array
     wrench: TipWrench
+    forces: ForceFromTorque | None = None
+    reach: float = 0.006
     arm: ArmSmoother = field(default_factory=ArmSmoother)
     touch: TouchDetector = field(default_factory=TouchDetector)
     odometry: RollingOdometry = field(default_factory=RollingOdometry)
+    tilt: TiltSmoother = field(default_factory=TiltSmoother)
     filter: ToolFilter = field(default_factory=ToolFilter)
     prior: Prior = field(default_factory=Prior)
-    refiner: PoseRefiner = field(default_factory=PoseRefiner)
+    refiner: PoseRefiner | None = field(default_factory=PoseRefiner)
     reference: Reference = Reference.FILTER
     angle: ScrewAngle = field(default_factory=ScrewAngle)
+    slip: TipSlip = field(default_factory=TipSlip)
     correction_period: float = 2.0 / 30.0
     rate_time: float = 0.05
 
@@ -146,15 +129,20 @@ class ToolEstimator:
             p_WT: (3,) where the tip is believed to be, in W [m].
             R_WT: (3, 3) how the tool is believed to stand.
         """
+        measurement = filled(measurement, None)
         filtered = self.prior.state(p_WT, R_WT, measurement.q)
         tips = self.fingertips(measurement.q - filtered.joint_offset())
         capsules = capsules_of(tips)
         return EstimatorState(
+            read=measurement,
             arm=self.arm.init(measurement.q),
             filter=filtered,
+            gauged=None if self.forces is None else self.forces.init(),
+            f_F=np.zeros((len(FINGERS), 3)),
             touch=self.touch.init(),
             tips=tips,
             capsules=capsules,
+            tilt=self.tilt.init(),
             contacts=self._contacts(filtered, tips, capsules),
             trail=Trail().extended(measurement.time, np.zeros(3), np.zeros(3)),
             since_correction=0.0,
@@ -166,6 +154,7 @@ class ToolEstimator:
             omega_T=np.zeros(3),
             angle=self.angle.init(yaw(R_WT)),
             wrench=self.wrench.init(),
+            slip=self.slip.init(),
         )
 
     def update(self, state: EstimatorState, measurement: Measurement, dt: float) -> tuple[EstimatorState, Estimate]:
@@ -179,6 +168,8 @@ class ToolEstimator:
         Returns:
             The new state and the estimate.
         """
+        measurement = filled(measurement, state.read)
+        state = replace(state, read=measurement)
         arm, q, v = self.arm.update(state.arm, measurement.q, measurement.v, dt)
         measurement = replace(measurement, q=q, v=v)
         state, rolled = self._predict(replace(state, arm=arm), measurement, dt)
@@ -194,20 +185,26 @@ class ToolEstimator:
         """Touch flags, odometry and the filter's prediction; also what odometry says of the yaw's change."""
         f = state.filter
         tips = self.fingertips(measurement.q - f.joint_offset())
-        f_F = np.zeros((len(FINGERS), 3)) if measurement.f_F is None else measurement.f_F
+        gauged, f_F = self._forces(state, measurement, tips, dt)
         touch = self.touch.update(state.touch, f_F, tips.R_WF, dt)
         weight = np.where(touch.touching, touch.level, 0.0)
-        dtheta = self.odometry.increment(state.tips, tips, state.contacts.tip_W, weight, f.p_WT, f.R_WT)
+        rolled = self.odometry.increment(state.tips, tips, state.contacts.tip_W, weight, f.p_WT, f.R_WT)
+        tilt, dtheta = self.tilt.update(state.tilt, rolled.dtheta, f.R_WT, dt)
+        rolled = rolled._replace(dtheta=dtheta)
         spin = float(f.R_WT[:, 2] @ dtheta)
         # The tip follows the screw along its thread.
         dp = self.wrench.advance(spin) * f.R_WT[:, 2]
         omega_T = state.omega_T + dt / (self.rate_time + dt) * (f.R_WT.T @ dtheta / dt - state.omega_T)
-        f = self.filter.predict(f, dtheta, dp, f.R_WT @ omega_T, int(touch.touching.sum()) >= 2, dt)
+        reach = tips.J[FINGERS.index("MF"), :3, :REACH]
+        f = self.filter.predict(f, rolled, dp, float(omega_T[2]), reach, int(touch.touching.sum()) >= 2, dt)
         moved = replace(
             state,
             filter=f,
+            gauged=gauged,
+            f_F=f_F,
             touch=touch,
             tips=tips,
+            tilt=tilt,
             contacts=self._contacts(f, tips, state.capsules),
             trail=state.trail.extended(measurement.time, dtheta, dp),
             since_correction=state.since_correction + dt,
@@ -216,6 +213,19 @@ class ToolEstimator:
             omega_T=omega_T,
         )
         return moved, spin
+
+    def _forces(
+        self, state: EstimatorState, measurement: Measurement, tips: Fingertips, dt: float
+    ) -> tuple[FingerForceState | None, Array]:
+        """(5, 3) force of each fingertip in its frame [N], from sensors there or from the drives' torques."""
+        if self.forces is None or state.gauged is None or measurement.tau is None:
+            return None, np.zeros((len(FINGERS), 3)) if measurement.f_F is None else measurement.f_F
+        q = measurement.q - state.filter.joint_offset()
+        gauged, f_F = self.forces.update(
+            state.gauged, measurement.tau, q, measurement.v, tips, state.contacts.tip_W, dt
+        )
+        # the drives also move and brake the finger itself: what is left of that is no touch where no handle is
+        return gauged, f_F * (state.contacts.gap < self.reach)[:, None]
 
     def _screw(self, state: EstimatorState) -> Array:
         """The drive's bottom centre as said, advanced along the thread by the screw's angle."""
@@ -229,7 +239,10 @@ class ToolEstimator:
         said = self._screw(state)
         corrector = Corrector(self.handle, self.filter, self.prior)
         refused = state.correction.refused if state.correction is not None else 0
-        done = corrector.apply(state.filter, seen, said, state.tips, state.capsules, state.touch.touching, refused)
+        touch = state.touch
+        done = corrector.apply(
+            state.filter, seen, said, state.tips, state.capsules, touch.pressing, touch.level, refused
+        )
         tips = self.fingertips(measurement.q - done.state.joint_offset())
         state = replace(
             state,
@@ -238,12 +251,16 @@ class ToolEstimator:
             since_correction=0.0,
             tips=tips,
             contacts=self._contacts(done.state, tips, state.capsules),
-            seen=state.seen if seen is None else seen,
+            seen=state.seen if seen is None else seen.pose,
             polished=Pose(done.state.p_WT, done.state.R_WT),
         )
-        return state if seen is None else self._refine(state, said + done.state.b_W, seen)
+        if self.refiner is None:
+            return replace(state, status=FILTERED)
+        if seen is None:
+            return state
+        return self._refine(self.refiner, state, said + done.state.b_W, seen.pose)
 
-    def _refine(self, state: EstimatorState, p_WS: Array, seen: Pose) -> EstimatorState:
+    def _refine(self, refiner: PoseRefiner, state: EstimatorState, p_WS: Array, seen: Pose) -> EstimatorState:
         """III-A with the fingers whose contact the filter believes."""
         rows = state.correction.contacts if state.correction is not None else ()
         if not rows:
@@ -251,7 +268,7 @@ class ToolEstimator:
         R_bar = seen.R_WT if self.reference is Reference.CAMERA else state.filter.R_WT
         tip = state.capsules[FINGERS.index("FF")]
         refined = refine(
-            self.refiner, self.handle, tip, state.filter, p_WS, R_bar, state.tips, state.contacts, rows, state.refined
+            refiner, self.handle, tip, state.filter, p_WS, R_bar, state.tips, state.contacts, rows, state.refined
         )
         pose = Pose(refined.pose.p_WT, refined.pose.R_WT)
         return replace(state, refined=refined, polished=pose, status=refined.pose.status.value)
@@ -276,7 +293,10 @@ class ToolEstimator:
         f_W = state.touch.f_W * touching[:, None]
         F_W = grasp_matrix(contacts.c_W, f.p_WT) @ f_W.ravel()
         F_h = np.concatenate([R_WT.T @ F_W[:3], R_WT.T @ F_W[3:]])
-        wrench, F_s = self.wrench.update(state.wrench, F_h, R_WT, nu, state.angle.theta, dt)
+        squeeze = np.maximum(-(f_W * contacts.n_W).sum(axis=1), 0.0)
+        radius = self.handle.meridian(0.5 * sum(self.handle.domain)).r + f.radius_error
+        wrench, F_s = self.wrench.update(state.wrench, F_h, squeeze, radius, R_WT, nu, state.angle.theta, dt)
+        slip, tip_slip = self._slip(state, measurement, dt)
         estimate = Estimate(
             time=measurement.time,
             q=measurement.q - f.joint_offset(),
@@ -285,7 +305,7 @@ class ToolEstimator:
             p_WT=f.p_WT,
             R_WT=R_WT,
             nu=nu,
-            radius=self.handle.meridian(0.5 * sum(self.handle.domain)).r + f.radius_error,
+            radius=radius,
             p_WS=self._screw(state) + f.b_W,
             theta=state.angle.theta,
             touching=touching,
@@ -294,8 +314,8 @@ class ToolEstimator:
             n_W=contacts.n_W,
             gap=contacts.gap,
             F_s=F_s,
-            stiffness=np.nan if self.wrench.stiffness is None else self.wrench.stiffness,
-            tip_slip=0.0,
+            stiffness=self.wrench.thread.stiffness(wrench.thread),
+            tip_slip=tip_slip,
             P=pose_covariance(f.P),
             frame=self._verdict(state, measurement),
             status=state.status,
@@ -304,4 +324,18 @@ class ToolEstimator:
             p_WT_refined=state.polished.p_WT,
             R_WT_refined=state.polished.R_WT,
         )
-        return replace(state, wrench=wrench), estimate
+        return replace(state, wrench=wrench, slip=slip), estimate
+
+    def _slip(self, state: EstimatorState, measurement: Measurement, dt: float) -> tuple[SlipState, float]:
+        """Tests for a slip, on the readings as they come and on this tick's camera frame."""
+        f_W = (state.tips.R_WF @ state.f_F[:, :, None])[:, :, 0]
+        frame, p_WT = measurement.vision, state.filter.p_WT
+        seen = None
+        if frame is not None and is_pose(frame) and _angle(frame.R_WT, state.filter.R_WT) < FLIP:
+            seen = (frame.p_WT - p_WT)[:2], frame.P[:2, :2] + pose_covariance(state.filter.P)[:2, :2]
+        return self.slip.update(state.slip, f_W, state.contacts.c_W, state.contacts.n_W, p_WT, seen, dt)
+
+
+def _angle(R: Array, other: Array) -> float:
+    """Angle between two orientations [rad]."""
+    return float(np.arccos(np.clip(0.5 * (np.trace(R.T @ other) - 1.0), -1.0, 1.0)))

@@ -1,4 +1,8 @@
-"""The filter's 27 states: what they are, where they stand, and how sure it is at the start."""
+"""The filter's states: what they are, where they stand, and how sure it is at the start.
+
+27 of them say what is so (tool, screw, radius, joint offsets).  Nine more say what is read wrong at present, because
+it is read wrong alike for a while: where the hand is, by the arm's encoders, and where the camera sees the tool.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +31,12 @@ TIP = slice(3, 6)
 SCREW = slice(6, 9)
 RADIUS = 9
 OFFSETS = slice(10, 10 + len(OFFSET_JOINTS))
-SIZE = OFFSETS.stop
+LASTING = OFFSETS.stop
+"""How many states say what is so: 27."""
+
+HAND = slice(27, 30)
+SEEN = slice(30, 36)
+SIZE = SEEN.stop
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +44,8 @@ class FilterState:
     """Mean and covariance of the error-state filter.
 
     The errors, in order: rotation vector theta in W (R_true = exp([theta]x) R_WT) [rad], tip p_WT in W [m], screw
-    offset b in W [m], radius error [m], the 17 joint offsets of `OFFSET_JOINTS` [rad].
+    offset b in W [m], radius error [m], the 17 joint offsets of `OFFSET_JOINTS` [rad], the displacement of the hand in
+    W [m], and the camera's lasting error: of the tip in W [m], then of the orientation, a rotation vector in W [rad].
 
     Attributes:
         p_WT: (3,) tip position in W [m].
@@ -43,7 +53,10 @@ class FilterState:
         b_W: (3,) where the screw is, less where it was said to be, in W [m].
         radius_error: What the handle is thicker than said [m].
         offset: (17,) encoder readings less joint angles [rad].
-        P: (27, 27) covariance of the errors.
+        hand_W: (3,) where all fingertips are read to be, less where they are, by encoders of arm and wrist [m].
+        seen_W: (6,) the camera's lasting error: seen less true tip [m], then rotation vector from true to seen [rad].
+        blind: Time since the last camera frame was taken in [s].
+        P: (36, 36) covariance of the errors.
     """
 
     p_WT: Array
@@ -51,6 +64,9 @@ class FilterState:
     b_W: Array
     radius_error: float
     offset: Array
+    hand_W: Array
+    seen_W: Array
+    blind: float
     P: Array
 
     def joint_offset(self) -> Array:
@@ -60,21 +76,28 @@ class FilterState:
         return full
 
     def corrected(self, error: Array, P: Array) -> FilterState:
-        """The state moved by an estimated error (27,), with covariance P."""
+        """The state moved by an estimated error (36,), with covariance P."""
         return FilterState(
             p_WT=self.p_WT + error[TIP],
             R_WT=exp_so3(error[THETA]) @ self.R_WT,
             b_W=self.b_W + error[SCREW],
             radius_error=self.radius_error + float(error[RADIUS]),
             offset=self.offset + error[OFFSETS],
+            hand_W=self.hand_W + error[HAND],
+            seen_W=self.seen_W + error[SEEN],
+            blind=self.blind,
             P=P,
         )
 
 
+_POSE = np.array([*range(TIP.start, TIP.stop), *range(THETA.start, THETA.stop)])
+_POSE_GRID = np.ix_(_POSE, _POSE)
+
+
 def pose_covariance(P: Array) -> Array:
-    """(6, 6) covariance of the errors of p_WT, then of the rotation vector, out of the filter's (27, 27)."""
-    order = [*range(TIP.start, TIP.stop), *range(THETA.start, THETA.stop)]
-    return P[np.ix_(order, order)]
+    """(6, 6) covariance of the errors of p_WT, then of the rotation vector, out of the filter's (36, 36)."""
+    covariance: Array = P[_POSE_GRID]
+    return covariance
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +112,7 @@ class Prior:
         offset: Of a joint offset [rad]; .57 deg.
         coupling: Of J1 - J2 of a coupled finger [rad], or None where the tendon leaves them free.  The coupling makes
             the difference of the readings show the difference of the offsets.
+        hand: Of the hand's displacement per axis [m]: the first reading of six joints of .05 deg, up to .8 m away.
     """
 
     rotation: float = np.deg2rad(3.0)
@@ -97,6 +121,7 @@ class Prior:
     radius: float = 0.0005
     offset: float = 0.01
     coupling: float | None = np.deg2rad(0.2)
+    hand: float = 0.0006
 
     def state(self, p_WT: Array, R_WT: Array, q: Array) -> FilterState:
         """The start.
@@ -106,9 +131,9 @@ class Prior:
             R_WT: (3, 3) orientation of the tool.
             q: (28,) encoder readings [rad].
         """
-        sigma = np.empty(SIZE)
+        sigma = np.zeros(SIZE)
         sigma[THETA], sigma[TIP], sigma[SCREW] = self.rotation, self.tip, self.screw
-        sigma[RADIUS], sigma[OFFSETS] = self.radius, self.offset
+        sigma[RADIUS], sigma[OFFSETS], sigma[HAND] = self.radius, self.offset, self.hand
         error, P = np.zeros(SIZE), np.diag(sigma**2)
         for follower, leader in COUPLED.items() if self.coupling is not None else ():
             if follower in OFFSET_JOINTS:
@@ -118,4 +143,5 @@ class Prior:
                 gain = P @ h / float(h @ P @ h + (self.coupling or 0.0) ** 2)
                 error = error + gain * (q[INDEX[follower]] - q[INDEX[leader]] - h @ error)
                 P = P - np.outer(gain, h @ P)
-        return FilterState(p_WT, R_WT, np.zeros(3), 0.0, np.zeros(len(OFFSET_JOINTS)), P).corrected(error, P)
+        offset, hand, seen = np.zeros(len(OFFSET_JOINTS)), np.zeros(3), np.zeros(6)
+        return FilterState(p_WT, R_WT, np.zeros(3), 0.0, offset, hand, seen, 0.0, P).corrected(error, P)

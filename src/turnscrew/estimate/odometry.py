@@ -14,14 +14,39 @@ fingertip's own rotation about it.  The least squares also tell tilt from yaw, w
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from turnscrew.estimate.filter_state import OFFSET_COLUMNS
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.rotations import skew
 
 if TYPE_CHECKING:
     from turnscrew.robot.model import Fingertips
+
+
+class Rolled(NamedTuple):
+    """What the fingers did to the tool between two ticks.
+
+    Attributes:
+        dtheta: (3,) rotation vector in W [rad]; zero when no finger touches.
+        per_shift: (3, 3) by how much it would change [rad] for each metre by which all fingertips together are read to
+            have moved, but have not.
+        per_offset: (3, 17) by how much it is too large [rad] for each radian by which an offset of `OFFSET_JOINTS` is
+            estimated too small: fingers then seem to move otherwise, and from another place.
+    """
+
+    dtheta: Array
+    per_shift: Array
+    per_offset: Array
+
+
+_EYE = np.eye(3)
+
+_SKEW = np.array([skew(e).ravel() for e in _EYE])
+
+STILL = Rolled(np.zeros(3), np.zeros((3, 3)), np.zeros((3, len(OFFSET_COLUMNS))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +67,7 @@ class RollingOdometry:
 
     def increment(
         self, before: Fingertips, after: Fingertips, c_W: Array, weight: Array, p_WT: Array, R_WT: Array
-    ) -> Array:
+    ) -> Rolled:
         """Rotation of the tool between two ticks.
 
         Args:
@@ -54,11 +79,11 @@ class RollingOdometry:
             R_WT: (3, 3) orientation of the tool.
 
         Returns:
-            (3,) rotation vector in W [rad]; zero when no finger touches.
+            The rotation, and what errors of the fingertips make of it.
         """
         total = float(weight.sum())
         if total <= 0.0:
-            return np.zeros(3)
+            return STILL
         turn = after.R_WF @ before.R_WF.transpose(0, 2, 1)
         moved = after.p_WF + (turn @ (c_W - before.p_WF)[:, :, None])[:, :, 0] - c_W
         lever = c_W - p_WT
@@ -68,5 +93,25 @@ class RollingOdometry:
         S, L = pulled.T @ moved, pulled.T @ lever
         tilt, yaw = self.tilt_rate**-2, self.yaw_rate**-2
         z = R_WT[:, 2]
-        A = (L[0, 0] + L[1, 1] + L[2, 2] + tilt) * np.eye(3) - L + (yaw - tilt) * (z[:, None] * z)
-        return np.linalg.solve(A, np.array([S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]]))
+        A = (L[0, 0] + L[1, 1] + L[2, 2] + tilt) * _EYE - L + (yaw - tilt) * (z[:, None] * z)
+        inverse = np.linalg.inv(A)
+        dtheta = inverse @ np.array([S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]])
+        held = np.flatnonzero(weight)
+        carry = inverse @ _skews(pulled[held])
+        arm, swung = c_W[held] - before.p_WF[held], moved[held] + c_W[held] - after.p_WF[held]
+        then, now = _moves(before.J[held], arm), _moves(after.J[held], swung)
+        per_offset = (carry @ (now - then - skew(dtheta) @ then)).sum(axis=0)
+        return Rolled(dtheta, carry.sum(axis=0), per_offset)
+
+
+def _skews(a: Array) -> Array:
+    """Matrices (k, 3, 3) of the cross products with vectors a (k, 3)."""
+    skews: Array = (a @ _SKEW).reshape(-1, 3, 3)
+    return skews
+
+
+def _moves(J: Array, arm: Array) -> Array:
+    """Jacobians (k, 3, 17) of points at `arm` (k, 3) from the origins that J (k, 6, 28) is of, by the offset joints."""
+    J = J.take(OFFSET_COLUMNS, axis=2)
+    moves: Array = J[:, :3] - _skews(arm) @ J[:, 3:]
+    return moves

@@ -1,8 +1,8 @@
-"""The paper's pose problem (1)-(6) as a CasADi program for k contacts and any patches of the surface family.
+"""The paper's pose problem (1)-(6) for k contacts and any patches of the surface family: data and functions, no solver.
 
 Variables, lengths in units of 10 mm so that all are of order one:
 
-    x = ( (p - p_s) / 10 mm, r (w, x, y, z), then for each contact u_i, v_i, xi_i, eta_i / eta_unit )
+    x = ( (p - p_s) / 10 mm, r (w, x, y, z), then for each contact u_i, v_i, xi_i, eta_i / eta_unit ),   |r| = 1
 
     max (r . rbar)^2    subject to                                                               (6)
     |p - p_s|_j <= e1                          j = x, y, z in W                                   (1)
@@ -22,14 +22,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from math import hypot, inf, sqrt
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi
 import numpy as np
 
 from turnscrew.estimate.blended_capsule import BlendedCapsule
+from turnscrew.estimate.buffered import Buffered
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.profiles import Capsule
+from turnscrew.geometry.rotations import quaternion_from_matrix
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
 
 UNIT = 0.01
@@ -86,20 +88,27 @@ class PoseFrame:
     xi: Array
 
     def parameters(self, tip_radius: float) -> Array:
-        """The program's parameter vector; tip_radius is that of the fingertip patch it was built with."""
+        """The rows' parameter vector; tip_radius is that of the fingertip patch they were built with."""
         p = ((self.p_WF - self.p_WS) / UNIT).ravel()
-        offsets = self.tip_radius - tip_radius
-        return np.concatenate([self.r_bar, p, self.R_WF.ravel(), offsets, [self.radius_error]])
+        return np.concatenate([p, self.R_WF.ravel(), self.tip_radius - tip_radius, [self.radius_error]])
+
+
+class Bounds(NamedTuple):
+    """Boxes of the variables x (7 + 4k,) and, after them, of the rows g (6k,): low and high (7 + 10k,)."""
+
+    low: Array
+    high: Array
 
 
 class PoseProblem:
-    """The program for one handle and k contacts with capsule fingertips; its solvers are built when first asked for.
+    """The problem for one handle and k contacts with capsule fingertips.
 
     Attributes:
         handle: Patch of the handle.
         tip: Patch of a fingertip; others of the same family differ by a radius, which is a parameter (a parallel
             surface of a capsule is a capsule, though in another chart), and are taken to be as long.
         k: Number of contacts.
+        size: Number of variables, 7 + 4k.
         eta_unit: Unit of the variable of eta, so that one unit is 10 mm along the handle.
     """
 
@@ -107,22 +116,36 @@ class PoseProblem:
         self.handle, self.tip, self.k = handle, tip, k
         middle = handle.meridian(0.5 * sum(handle.domain))
         self.eta_unit = UNIT / hypot(middle.dr, middle.dh)
-        self._program = self._build()
-        self._solvers: dict[bool, Any] = {}
-        self.g = casadi.Function("g", [self._program["x"], self._program["p"]], [self._program["g"]])
+        self.size = X_POSE + X_PER_CONTACT * k
+        # p, r, then u, v, xi, eta of each contact, then the rows of each contact: which of the tolerances bounds them
+        self._kinds = np.array([0] * 3 + [1] * 4 + [2, 2, 3, 3] * k + [0, 0, 0, 4, 4, 2] * k)
+        x, parameters = casadi.SX.sym("x", self.size), self.parameters()
+        g = self.rows(x[:3], rotation(x[3:7]), x[X_POSE:], parameters)
+        self._g = Buffered(casadi.Function("g", [x, parameters], [g]))
 
-    def _build(self) -> dict[str, Any]:
+    def parameters(self) -> Any:
+        """Symbols of the data, in the order of `PoseFrame.parameters`."""
+        return casadi.SX.sym("parameters", (3 + 9 + 1) * self.k + 1)
+
+    def rows(self, p: Any, R: Any, contacts: Any, parameters: Any) -> Any:
+        """Left-hand sides of (2)-(4) and of the opposed normals, six for each contact, in any chart of the pose.
+
+        Args:
+            p: (3,) expression of (p - p_s) / 10 mm.
+            R: (3, 3) expression of the tool's orientation.
+            contacts: (4k,) expressions u, v, xi, eta / eta_unit of each contact.
+            parameters: Symbols of the data.
+
+        Paper: (2), (3), (4).
+        """
         k = self.k
-        x = casadi.SX.sym("x", X_POSE + X_PER_CONTACT * k)
-        r_bar, radius_error = casadi.SX.sym("r_bar", 4), casadi.SX.sym("radius_error")
-        p_F, R_F, offset = casadi.SX.sym("p_F", 3, k), casadi.SX.sym("R_F", 9, k), casadi.SX.sym("offset", k)
-        p, r = x[:3], x[3:7]
-        R = rotation(r)
-        g = [casadi.dot(r, r)]
+        # Row-major rows arrive as columns of a column-major reshape.
+        p_F, R_F = casadi.reshape(parameters[: 3 * k], 3, k), casadi.reshape(parameters[3 * k : 12 * k], 9, k)
+        offset, radius_error = parameters[12 * k : 13 * k], parameters[13 * k]
         skin = BlendedCapsule(self.tip.radius, self.tip.length)
+        g = []
         for i in range(k):
-            u, v, xi, eta = casadi.vertsplit(x[X_POSE + X_PER_CONTACT * i : X_POSE + X_PER_CONTACT * (i + 1)])
-            # Row-major rows arrive as columns of a column-major reshape.
+            u, v, xi, eta = casadi.vertsplit(contacts[X_PER_CONTACT * i : X_PER_CONTACT * (i + 1)])
             R_i = casadi.reshape(R_F[:, i], 3, 3).T
             ours = self.handle.symbolic(xi, eta * self.eta_unit, radius_error)
             its = skin.symbolic(u, v, offset[i])
@@ -130,54 +153,71 @@ class PoseProblem:
             g += [R @ ours.sigma / UNIT + p - R_i @ its.sigma / UNIT - p_F[:, i]]
             g += [casadi.dot(R @ ours.sigma_u_hat, n_i), casadi.dot(R @ ours.sigma_v_hat, n_i)]
             g += [casadi.dot(R @ ours.n_hat, n_i)]
-        parameters = casadi.vertcat(r_bar, casadi.vec(p_F), casadi.vec(R_F), offset, radius_error)
-        return {"x": x, "p": parameters, "f": -(casadi.dot(r, r_bar) ** 2), "g": casadi.vertcat(*g)}
+        return casadi.vertcat(*g)
 
-    def solver(self, warm: bool) -> Any:
-        """IPOPT on this program, built when first asked for; `warm` starts from given multipliers, close to the bounds.
+    def g(self, x: Array, parameters: Array) -> Array:
+        """The rows (6k,) at x, by data as `PoseFrame.parameters` gives them."""
+        self._g.arguments[0][:], self._g.arguments[1][:] = x, parameters
+        self._g.evaluate()
+        return self._g.results[0].copy()
 
-        Settings, found by trial: MUMPS and the exact Hessian (L-BFGS needs ten times longer); the monotone barrier (a
-        tenth faster than the adaptive one).  60 iterations are four times the
-        usual number; what needs more is infeasible.
+    def bounds(self, frame: PoseFrame, tolerances: Tolerances) -> Bounds:
+        """The boxes of a frame; those of r leave room for the rounding of a unit quaternion only.
+
+        Paper: (1), (5) and the right-hand sides of (2)-(4).
         """
-        if warm not in self._solvers:
-            self._solvers[warm] = self._make(warm)
-        return self._solvers[warm]
+        e1, e3 = tolerances.eps1 / UNIT / sqrt(3.0), tolerances.step / sqrt(2.0)
+        half = np.array([e1, 1.1, inf, e3, tolerances.eps2])[self._kinds]
+        middle = np.zeros(len(half))
+        middle[X_POSE : self.size].reshape(-1, X_PER_CONTACT)[:, 2:] = self._predicted(frame)
+        low, high = middle - half, middle + half
+        v = slice(X_POSE + 1, self.size, X_PER_CONTACT)
+        low[v], high[v] = self.tip.domain
+        high[self.size + G_PER_CONTACT - 1 :: G_PER_CONTACT] = OPPOSED
+        return Bounds(low, high)
 
-    def _make(self, warm: bool) -> Any:
-        options: dict[str, Any] = {
-            "print_level": 0,
-            "sb": "yes",
-            "mu_strategy": "monotone",
-            "max_iter": 60,
-        }
-        if warm:
-            near = dict.fromkeys(("bound_push", "bound_frac", "slack_bound_push", "slack_bound_frac"), 1e-6)
-            near |= {"mult_bound_push": 1e-6}
-            options |= {"warm_start_init_point": "yes", "mu_init": 1e-4}
-            options |= {f"warm_start_{name}": value for name, value in near.items()}
-        settings = {"print_time": False, "record_time": False, "calc_lam_p": False, "error_on_fail": False}
-        return casadi.nlpsol("pose", "ipopt", self._program, {**settings, "ipopt": options})
+    def _predicted(self, frame: PoseFrame) -> Array:
+        """(k, 2) the prediction of (5) in the variables' units."""
+        predicted: Array = frame.xi * np.array([1.0, 1.0 / self.eta_unit])
+        return predicted
 
-    def bounds(self, frame: PoseFrame, tolerances: Tolerances) -> tuple[Array, Array, Array, Array]:
-        """lbx, ubx, lbg, ubg of a frame."""
-        e1 = tolerances.eps1 / UNIT / sqrt(3.0)
-        e3 = tolerances.step / sqrt(2.0)
-        low, high = [-e1] * 3 + [-1.1] * 4, [e1] * 3 + [1.1] * 4
-        lbg, ubg = [1.0], [1.0]
-        v_min, v_max = self.tip.domain
-        for xi, eta in frame.xi.tolist():
-            low += [-inf, v_min, xi - e3, eta / self.eta_unit - e3]
-            high += [inf, v_max, xi + e3, eta / self.eta_unit + e3]
-            lbg += [-e1] * 3 + [-tolerances.eps2] * 2 + [-inf]
-            ubg += [e1] * 3 + [tolerances.eps2] * 2 + [OPPOSED]
-        return np.array(low), np.array(high), np.array(lbg), np.array(ubg)
+    def point(self, frame: PoseFrame, p_WT: Array, R_WT: Array, xi: Array, tip_uv: Array) -> Array:
+        """The variables x of a pose with its contacts.
+
+        Args:
+            frame: Data.
+            p_WT: (3,) tip position in W [m].
+            R_WT: (3, 3) orientation of the tool.
+            xi: (k, 2) contact parameters on the handle's patch.
+            tip_uv: (k, 2) contact parameters on the fingertips' own patches.
+        """
+        r = quaternion_from_matrix(R_WT)
+        # q and -q are one rotation; starting on the side of rbar keeps the path short.
+        r = r if float(r @ frame.r_bar) >= 0.0 else -r
+        uv = in_chart(tip_uv, frame.tip_radius / self.tip.radius)
+        contacts = np.column_stack([uv, xi[:, :1], xi[:, 1:] / self.eta_unit])
+        return np.concatenate([(p_WT - frame.p_WS) / UNIT, r, contacts.ravel()])
+
+    def step(self, frame: PoseFrame, x: Array) -> Array:
+        """(k, 2) moves of the contacts from their prediction, bounded by (5) [rad, and 10 mm]."""
+        return x[X_POSE:].reshape(-1, X_PER_CONTACT)[:, 2:] - self._predicted(frame)
 
 
 @lru_cache(maxsize=64)
 def pose_problem(handle: SurfaceOfRevolution, tip: Capsule, k: int) -> PoseProblem:
-    """The program for k contacts, built once for each handle and fingertip."""
+    """The problem for k contacts, built once for each handle and fingertip."""
     return PoseProblem(handle, tip, k)
+
+
+def in_chart(uv: Array, ratio: Array) -> Array:
+    """Contact parameters in another capsule's chart, which runs down the cylinder at its own radius a radian.
+
+    Args:
+        uv: (k, 2) parameters in the charts of the capsules as they are.
+        ratio: (k,) their radii over that of the capsule whose chart is wanted.
+    """
+    u, v = uv[:, 0], uv[:, 1]
+    return np.column_stack([u, np.where(v < 0.0, v * ratio, v)])
 
 
 def rotation(r: Any) -> Any:

@@ -1,50 +1,47 @@
 """Error-state extended Kalman filter of the tool's pose, the screw's place, the radius and the joint offsets.
 
-The paper's constraints (1) and (2) taken as measurements instead of boxes: tip at the screw, zero distance at each
-touching fingertip, and the camera.  The learned b, radius and offsets are what makes the constraints true enough
-for III-A to be feasible.
+The paper's constraints (1) and (2) taken as measurements instead of boxes: tip at the screw, the depth to which its
+force presses each touching fingertip, and the camera.  The learned b, radius and offsets are what makes the
+constraints true enough for III-A to be feasible.
+
+Errors that last are states, for they do not average out: the smoothed noise of the arm's encoders moves all fingertips
+together for a tenth of a second, and a camera may see neighbouring frames wrong alike.
 
 Paper: no counterpart; the paper feeds (6) with uncorrected kinematics.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import exp, sqrt
 
 import numpy as np
 
-from turnscrew.estimate.filter_state import OFFSET_COLUMNS, OFFSETS, RADIUS, SCREW, SIZE, THETA, TIP, FilterState
+from turnscrew.estimate.filter_state import (
+    HAND,
+    OFFSETS,
+    RADIUS,
+    SCREW,
+    SEEN,
+    SIZE,
+    THETA,
+    TIP,
+    FilterState,
+)
+from turnscrew.estimate.gated_step import Rows, Verdict, gated_step
+from turnscrew.estimate.odometry import Rolled
+from turnscrew.estimate.trail import Seen
 from turnscrew.geometry.arrays import Array
-from turnscrew.geometry.closest import ClosestPoints, gap_gradient
-from turnscrew.geometry.rotations import exp_so3, log_so3
+from turnscrew.geometry.closest import ClosestPoints
+from turnscrew.geometry.rotations import exp_so3, log_so3, skew
 
-GATE = {1: 25.0, 3: 31.8}
-"""Squared Mahalanobis distance of a 5-sigma outlier: as improbable (6e-7) in three dimensions as 25 is in one."""
+_CORRELATION = 0.8
+"""Correlation time of the noise that a critically damped g-h filter leaves, over its time constant: found by trial, an
+exponential through .56 at half a time constant and .22 at one."""
 
-
-@dataclass(frozen=True, slots=True)
-class Rows:
-    """Measurements stacked, each block gated as a whole.
-
-    Attributes:
-        H: (m, 27) derivative of the prediction by the errors.
-        z: (m,) innovation: measured less predicted.
-        variance: (m,) of the measurement noise.
-        blocks: Sizes of the blocks, 1 or 3, in order.
-    """
-
-    H: Array
-    z: Array
-    variance: Array
-    blocks: tuple[int, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """What the gates said of each block: accepted or not, and its normalised innovation squared."""
-
-    accepted: tuple[bool, ...]
-    nis: tuple[float, ...]
+_LEFT = 1.25
+"""Share of a reading's variance that the same filter leaves, over tick / time constant: (2 g^2 + 2 h - 3 g h) /
+(g (4 - 2 g - h)) for short ticks (Benedict and Bordner)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,75 +49,130 @@ class ToolFilter:
     """Noise of motion and measurements.
 
     Attributes:
-        vision_position: Camera noise per axis [m].
-        vision_rotation: Camera noise per axis [rad].
+        encoder: Noise of a joint reading [rad].
+        arm_time: Time constant with which the arm's and the wrist's readings are smoothed [s].
         tip: Of the tip about the drive's bottom centre [m]: play of the blade in the slot.
-        contact: Of a touching fingertip's distance [m]: encoder noise (.1 mm), penetration (.16 mm at 10 N), and what
-            the constant offsets do not model.
-        scale_error: Relative error of odometry: 3 %, from radius and joint offsets,
-        stroke_time: which stays the same for as long as a stroke takes [s].
-        tilt_drift: Random walk of the orientation while gripped [rad/sqrt(s)]: fingers that creep by .2 mm in a second
-            tilt a tool that they hold 130 mm above its tip by .1 deg,
-        yaw_drift: and turn one of 18 mm radius by .4 deg (two of them, against each other) [rad/sqrt(s)].
+        indentation: By how much a fingertip sinks in [m/N]: .1 mm at 5 N, a firm rubber skin on a hard handle,
+        indentation_error: and the relative error of that: a force that is known to 25 %, and a skin as well.
+        contact: Of a touching fingertip's distance [m], besides encoders and indentation: shape of skin and handle,
+            and what is left of the kinematics' bend.  It is the same for as long as the posture is, a second: .05 mm
+            thirty times over count as .05 sqrt(30).
+        alike: In how many frames the contact's bend is the same: until the camera has averaged its own noise away.
+        scale_error: Relative error of odometry with all angles known: 1 % in strokes of the simulated hand, for a
+            fingertip sunk in rolls on another radius;
+        stroke: it stays the same for as long as a stroke takes [rad].
+        tilt_drift: Random walk of the orientation while gripped [rad/sqrt(s)]; measured likewise: .04 deg,
+        yaw_drift: and about the tool's axis [rad/sqrt(s)]: .2 deg, and half of it again for the white noise of the
+            fingers' encoders, .15 deg in every reading.
         free_drift: The same for any axis with fewer than two fingers touching [rad/sqrt(s)].
-        tip_drift: Random walk of the tip [m/sqrt(s)]: it may wander in the slot, .3 mm in a second.
+        tip_drift: Random walk of the tip [m/sqrt(s)]: it wanders in the slot by its play.
         constants_drift: Random walk of b [m/sqrt(s)], and a tenth of it of the radius; keeps the filter from getting
             surer than its linear model deserves.
         offset_drift: The same of the joint offsets [rad/sqrt(s)].
+        carried_tilt: What odometry errs by while it carries a late frame to now [rad]: smoothed noise of the arm,
+        carried_yaw: and of the fingers' encoders [rad].
+        sharpest: No frame is taken for better than this [m]: blade and collar are not one rigid piece.
+        common: Share of a frame's variance that its neighbours share: 0 for noise that is drawn afresh for each, most
+            of it for markers, whose corners are wrong by lens, print and lighting alike while the tool stands still.
+        common_time: How long they do [s]: the time of a stroke, which shows the camera other markers.
     """
 
-    vision_position: float = 0.003
-    vision_rotation: float = np.deg2rad(2.0)
+    encoder: float = np.deg2rad(0.05)
+    arm_time: float = 0.25
     tip: float = 0.0003
-    contact: float = 0.0004
-    scale_error: float = 0.03
-    stroke_time: float = 1.0
-    tilt_drift: float = np.deg2rad(0.1)
-    yaw_drift: float = np.deg2rad(0.4)
+    indentation: float = 2e-5
+    indentation_error: float = 0.35
+    contact: float = 0.0003
+    alike: float = 30.0
+    scale_error: float = 0.01
+    stroke: float = 0.8
+    tilt_drift: float = np.deg2rad(0.05)
+    yaw_drift: float = np.deg2rad(0.3)
     free_drift: float = np.deg2rad(3.0)
-    tip_drift: float = 0.0003
-    constants_drift: float = 0.0001
-    offset_drift: float = np.deg2rad(0.03)
+    tip_drift: float = 0.0002
+    constants_drift: float = 0.00002
+    offset_drift: float = np.deg2rad(0.02)
+    carried_tilt: float = np.deg2rad(0.08)
+    carried_yaw: float = np.deg2rad(0.2)
+    sharpest: float = 0.0001
+    common: float = 0.0
+    common_time: float = 1.0
 
     def predict(
-        self, state: FilterState, dtheta: Array, dp: Array, omega_W: Array, gripped: bool, dt: float
+        self, state: FilterState, rolled: Rolled, dp: Array, spin: float, reach: Array, gripped: bool, dt: float
     ) -> FilterState:
         """Move by odometry.
 
-        The rotation is measured in W, so an error of orientation turns along with the tool:
-        theta' = exp([dtheta]x) theta.
+        Errors of orientation turn along with the tool.  Odometry turns it about the believed tip by the believed way of
+        the fingertips, so errors of tip p, joint offsets o and hand h become errors of orientation as it turns:
+
+            theta' = exp([dtheta]x) theta + G dtheta x (p + h) - D o - G (h' - h),    h' = a h + w.
+
+        Without the second term a lean that is believed of a tip in the wrong place would turn along with the tool,
+        whose true axis stays where the fingers have it.  h is an Ornstein-Uhlenbeck process.
 
         Args:
             state: Before.
-            dtheta: (3,) rotation vector in W [rad].
+            rolled: Of the odometry; G is its `per_shift`, D its `per_offset`.
             dp: (3,) travel of the tip in W [m].
-            omega_W: (3,) low-passed angular velocity in W [rad/s]; dtheta itself is mostly encoder noise, which does
-                not add up and must not be taken for travel.
+            spin: Low-passed yaw rate [rad/s]; dtheta itself is mostly encoder noise, which does not add up and must
+                not be taken for travel.
+            reach: (3, 6) linear Jacobian of the hand's middle by arm and wrist, in W [m].
             gripped: Whether two fingers or more touch.
             dt: [s].
         """
-        turn = exp_so3(dtheta)
-        P = state.P.copy()
-        P[THETA] = turn @ P[THETA]
-        P[:, THETA] = P[:, THETA] @ turn.T
-        noise = np.empty(SIZE)
+        G, keep = rolled.per_shift, exp(-dt / (_CORRELATION * self.arm_time))
+        swept = G @ skew(rolled.dtheta)
+        by_hand = (1.0 - keep) * G + swept
+        turn = exp_so3(rolled.dtheta + by_hand @ state.hand_W)
+        F = _EYE.copy()
+        F[THETA, THETA], F[THETA, TIP] = turn, swept
+        F[THETA, OFFSETS], F[THETA, HAND] = -rolled.per_offset, by_hand
+        F.flat[_HAND_DIAGONAL] = keep
+        P = F @ state.P @ F.T
+        kick = np.vstack([-G, _EYE[:3, :3]]) @ reach
+        left = (1.0 - keep * keep) * _LEFT * dt / self.arm_time * self.encoder**2
+        P[_SWAY_GRID] += left * (kick @ kick.T)
+        noise = np.zeros(SIZE)
         noise[THETA] = dt * (self.tilt_drift if gripped else self.free_drift) ** 2
         noise[TIP] = dt * self.tip_drift**2
         noise[SCREW], noise[RADIUS] = dt * self.constants_drift**2, dt * (0.1 * self.constants_drift) ** 2
         noise[OFFSETS] = dt * self.offset_drift**2
         P.flat[:: SIZE + 1] += noise
-        if gripped:
-            z = state.R_WT[:, 2]
-            P[THETA, THETA] += dt * self.yaw_drift**2 * (z[:, None] * z)
-        P[THETA, THETA] += dt * self.stroke_time * self.scale_error**2 * (omega_W[:, None] * omega_W)
-        return FilterState(state.p_WT + dp, turn @ state.R_WT, state.b_W, state.radius_error, state.offset, P)
+        z = state.R_WT[:, 2]
+        drift = self.yaw_drift**2 if gripped else 0.0
+        P[THETA, THETA] += dt * (drift + self.stroke * self.scale_error**2 * abs(spin)) * (z[:, None] * z)
+        return replace(
+            state,
+            p_WT=state.p_WT + dp,
+            R_WT=turn @ state.R_WT,
+            hand_W=keep * state.hand_W,
+            blind=state.blind + dt,
+            P=P,
+        )
 
-    def vision_rows(self, state: FilterState, p_WT: Array, R_WT: Array) -> Rows:
-        """Camera pose, already brought to now: blocks position and rotation."""
-        H = np.zeros((6, SIZE))
-        H[:3, TIP] = H[3:, THETA] = np.eye(3)
-        z = np.concatenate([p_WT - state.p_WT, log_so3(R_WT @ state.R_WT.T)])
-        return Rows(H, z, np.array([self.vision_position**2] * 3 + [self.vision_rotation**2] * 3), (3, 3))
+    def lasting(self, state: FilterState, P_frame: Array) -> FilterState:
+        """The camera's lasting error moved on to a new frame: a share `common` of its covariance P_frame (6, 6)."""
+        keep = exp(-state.blind / self.common_time)
+        P = state.P.copy()
+        P[SEEN] *= keep
+        P[:, SEEN] *= keep
+        # before the first frame nothing is known of it
+        fresh = 1.0 - keep * keep if P[SEEN, SEEN].any() else 1.0
+        P[SEEN, SEEN] += fresh * self.common * P_frame
+        return replace(state, seen_W=keep * state.seen_W, blind=0.0, P=P)
+
+    def vision_rows(self, state: FilterState, seen: Seen) -> Rows:
+        """Camera pose, already brought to now: one block, position and rotation."""
+        z = np.empty(6)
+        z[:3] = seen.pose.p_WT - state.p_WT
+        z[3:] = log_so3(seen.pose.R_WT @ state.R_WT.T)
+        axis = state.R_WT[:, 2]
+        R = (1.0 - self.common) * seen.P
+        p, t = self.sharpest**2, self.carried_tilt**2
+        R.flat[::7] += (p, p, p, t, t, t)
+        R[3:, 3:] += (self.carried_yaw**2 - t) * (axis[:, None] * axis)
+        return Rows(_CAMERA if self.common > 0.0 else _CAMERA_FRESH, z - state.seen_W, R, (6,))
 
     def tip_rows(self, state: FilterState, p_WS: Array) -> Rows:
         """p_WT = p_WS + b: one block.
@@ -131,59 +183,80 @@ class ToolFilter:
 
         Paper: (1).
         """
-        H = np.zeros((3, SIZE))
-        H[:, TIP], H[:, SCREW] = np.eye(3), -np.eye(3)
-        return Rows(H, p_WS + state.b_W - state.p_WT, np.full(3, self.tip**2), (3,))
+        return Rows(_TIP_AT_SCREW, p_WS + state.b_W - state.p_WT, self.tip**2 * _EYE[:3, :3], (3,))
 
-    def contact_rows(self, state: FilterState, points: list[ClosestPoints], p_WF: list[Array], J: list[Array]) -> Rows:
-        """Zero distance of each touching fingertip: one block each.
+    def contact_rows(
+        self, state: FilterState, P: Array, points: list[ClosestPoints], p_WF: Array, J: Array, force: Array
+    ) -> Rows:
+        """Each touching fingertip is as deep in the handle as its force presses it: one block each.
 
-        A fingertip moves by J (-d offset), for an offset estimated too large has been taken off the reading.
+        A fingertip moves by J (-d offset), for an offset estimated too large has been taken off the reading.  The gap
+        also grows with the square of how far the contact slides around the handle, s: by kappa s^2 / 2.  That is not
+        known until the camera has told where the handle is; its mean is taken off, its spread is noise.
 
         Args:
-            state: Now.
-            points: Closest points to the handle without its radius error.
-            p_WF: Fingertip centres in W, (3,) each [m].
-            J: Their Jacobians, (6, 28) each.
+            state: Where the gaps are taken.
+            P: (36, 36) covariance before the contacts.
+            points: Closest points to the handle without its radius error, k of them.
+            p_WF: (k, 3) fingertip centres in W [m].
+            J: (k, 6, 17) their Jacobians by the joints with offset states.
+            force: (k,) forces [N].
 
-        Paper: (2).
+        Paper: (2), with the fingertips' indentation.
         """
-        H, z = np.zeros((len(points), SIZE)), np.empty(len(points))
-        for row, (point, p, jacobian) in enumerate(zip(points, p_WF, J, strict=True)):
-            tool, finger = gap_gradient(point, state.p_WT, p)
-            H[row, TIP], H[row, THETA] = tool[:3], tool[3:]
-            H[row, RADIUS] = -1.0
-            H[row, OFFSETS] = -(finger @ jacobian)[OFFSET_COLUMNS]
-            z[row] = state.radius_error - point.gap
-        return Rows(H, z, np.full(len(points), self.contact**2), (1,) * len(points))
+        k, p_WT, axis = len(points), state.p_WT.tolist(), state.R_WT[:, 2].tolist()
+        table = np.array([_contact(point, p, axis, p_WT) for point, p in zip(points, p_WF.tolist(), strict=True)])
+        ways = table[:, :18].reshape(k, 2, 9)
+        rows = np.zeros((k, 2, SIZE))
+        rows[:, :, _ROTATION_AND_TIP], rows[:, :, HAND] = ways[:, :, :6], ways[:, :, 3:6]
+        rows[:, :, OFFSETS] = ways[:, :, 3:] @ J
+        around, H = rows[:, 1], -rows[:, 0]
+        bend = ((around @ P) * around).sum(axis=1) * table[:, 18]
+        H[:, RADIUS] = -1.0
+        depth = self.indentation * force
+        offsets = H[:, OFFSETS]
+        variance = self.encoder**2 * (offsets * offsets).sum(axis=1) + (self.indentation_error * depth) ** 2
+        variance += self.contact**2 + 2.0 * self.alike * bend * bend
+        z = state.radius_error - table[:, 19] - H[:, HAND] @ state.hand_W - depth - bend
+        return Rows(H, z, np.diag(variance), (1,) * k)
 
     def update(self, state: FilterState, rows: Rows) -> tuple[FilterState, Verdict]:
-        """Take in measurements; blocks beyond the 5-sigma gate are left out and reported."""
-        HP = rows.H @ state.P
-        S = HP @ rows.H.T
-        S.flat[:: len(S) + 1] += rows.variance
-        accepted, nis, keep, start = [], [], [], 0
-        for size in rows.blocks:
-            block = slice(start, start + size)
-            z = rows.z[block]
-            nis.append(float(z @ np.linalg.solve(S[block, block], z)))
-            accepted.append(nis[-1] <= GATE[size])
-            keep += list(range(start, start + size)) if accepted[-1] else []
-            start += size
-        verdict = Verdict(tuple(accepted), tuple(nis))
-        if not keep:
-            return state, verdict
-        HP, S, z = HP[keep], S[keep][:, keep], rows.z[keep]
-        gain = np.linalg.solve(S, HP).T
-        P = state.P - gain @ HP
-        return state.corrected(gain @ z, 0.5 * (P + P.T)), verdict
+        """Take in measurements in one step."""
+        error, P, verdict = gated_step(state.P, rows)
+        return state.corrected(error, P), verdict
 
 
-def stacked(*parts: Rows) -> Rows:
-    """Several measurements as one."""
-    return Rows(
-        np.vstack([part.H for part in parts]),
-        np.concatenate([part.z for part in parts]),
-        np.concatenate([part.variance for part in parts]),
-        sum((part.blocks for part in parts), ()),
+_EYE = np.eye(SIZE)
+_HAND_DIAGONAL = np.arange(HAND.start, HAND.stop) * (SIZE + 1)
+_SWAY = np.concatenate([np.arange(SIZE)[THETA], np.arange(SIZE)[HAND]])
+_SWAY_GRID = np.ix_(_SWAY, _SWAY)
+_CAMERA_FRESH = np.concatenate([_EYE[TIP], _EYE[THETA]])
+_CAMERA = _CAMERA_FRESH + _EYE[SEEN]
+_TIP_AT_SCREW = _EYE[TIP] - _EYE[SCREW]
+_ROTATION_AND_TIP = slice(THETA.start, TIP.stop)
+
+
+def _contact(point: ClosestPoints, p_WF: list[float], axis: list[float], p_WT: list[float]) -> tuple[float, ...]:
+    """What the rows of a contact are made of, in scalars: this runs for every finger in every step.
+
+    Returns:
+        For the direction n along the normal and t around the handle, nine numbers each: r x d, d and s x d, with r and
+        s from the tool's and from the fingertip's origin to the contact; then half the curvature of the gap around
+        the handle [1/m], and the gap [m].
+    """
+    (ax, ay, az), (nx, ny, nz) = axis, point.n_W.tolist()
+    cx, cy, cz = point.c_W.tolist()
+    qx, qy, qz = point.tip_W.tolist()
+    rx, ry, rz = cx - p_WT[0], cy - p_WT[1], cz - p_WT[2]
+    sx, sy, sz = qx - p_WF[0], qy - p_WF[1], qz - p_WF[2]
+    tx, ty, tz = ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx
+    height = rx * ax + ry * ay + rz * az
+    radius = sqrt(max(rx * rx + ry * ry + rz * rz - height * height, 0.0)) + sqrt(sx * sx + sy * sy + sz * sz)
+    return (
+        *(ry * nz - rz * ny, rz * nx - rx * nz, rx * ny - ry * nx, nx, ny, nz),
+        *(sy * nz - sz * ny, sz * nx - sx * nz, sx * ny - sy * nx),
+        *(ry * tz - rz * ty, rz * tx - rx * tz, rx * ty - ry * tx, tx, ty, tz),
+        *(sy * tz - sz * ty, sz * tx - sx * tz, sx * ty - sy * tx),
+        0.5 / radius,
+        point.gap,
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,18 @@ class Pose:
     def moved(self, dtheta: Array, dp: Array) -> Pose:
         """Turned about its tip by dtheta (3,) [rad] and moved by dp (3,) [m], both in W."""
         return Pose(self.p_WT + dp, exp_so3(dtheta) @ self.R_WT)
+
+
+class Seen(NamedTuple):
+    """A camera frame, brought to now.
+
+    Attributes:
+        pose: Of the tool.
+        P: (6, 6) covariance of its errors, as in `Vision`: an error of orientation turns along with the tool.
+    """
+
+    pose: Pose
+    P: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,14 +70,14 @@ class Trail:
             self.span,
         )
 
-    def to_now(self, frame: Vision) -> Pose | None:
+    def to_now(self, frame: Vision) -> Seen | None:
         """Pose that the frame would show now: turned and moved by the odometry since its stamp.
 
         Args:
             frame: As it arrived.
 
         Returns:
-            The tool's pose now, or None when the frame is older than the trail, and so useless.
+            The tool's pose now with its covariance, or None when the frame is older than the trail, and so useless.
         """
         if not self.times or frame.stamp < self.times[0]:
             return None
@@ -76,4 +89,8 @@ class Trail:
             step = log_so3(self.rotations[i] @ self.rotations[i - 1].T)
             then_R = exp_so3(share * step) @ self.rotations[i - 1]
             then_p = (1.0 - share) * self.travels[i - 1] + share * self.travels[i]
-        return Pose(frame.p_WT + self.travels[-1] - then_p, self.rotations[-1] @ then_R.T @ frame.R_WT)
+        turn = self.rotations[-1] @ then_R.T
+        P = frame.P.copy()
+        P[3:] = turn @ P[3:]
+        P[:, 3:] = P[:, 3:] @ turn.T
+        return Seen(Pose(frame.p_WT + self.travels[-1] - then_p, turn @ frame.R_WT), P)

@@ -140,21 +140,35 @@ def _foot_on_axis(handle: Cylinder, a: Triple, d: Triple, length: float) -> Foot
 def _assemble(foot: Foot, tip: Capsule, p_WT: Array, T: Rows, p_WF: Array, F: Rows) -> ClosestPoints:
     """Points, parameters and normal in W from the foot in T, in scalars: this runs for every finger at every tick."""
     s, (ex, ey, ez) = foot.s, foot.direction
-    e = [row[0] * ex + row[1] * ey + row[2] * ez for row in T]
-    nx, ny, nz = (-(F[0][j] * e[0] + F[1][j] * e[1] + F[2][j] * e[2]) for j in (0, 1, 2))
+    (t00, t01, t02), (t10, t11, t12), (t20, t21, t22) = T
+    (f00, f01, f02), (f10, f11, f12), (f20, f21, f22) = F
+    wx = t00 * ex + t01 * ey + t02 * ez
+    wy = t10 * ex + t11 * ey + t12 * ez
+    wz = t20 * ex + t21 * ey + t22 * ez
+    nx = -(f00 * wx + f10 * wy + f20 * wz)
+    ny = -(f01 * wx + f11 * wy + f21 * wz)
+    nz = -(f02 * wx + f12 * wy + f22 * wz)
     v = atan2(nz, hypot(nx, ny)) if s == 0.0 else s / tip.radius
-    q = [p + s * row[2] for p, row in zip(p_WF.tolist(), F, strict=True)]
+    px, py, pz = p_WF.tolist()
+    qx, qy, qz = px + s * f02, py + s * f12, pz + s * f22
     rho, distance = tip.radius, foot.distance
+    points = np.array(
+        [
+            (qx - distance * wx, qy - distance * wy, qz - distance * wz),
+            (qx - rho * wx, qy - rho * wy, qz - rho * wz),
+            (wx, wy, wz),
+        ]
+    )
     return ClosestPoints(
-        gap=distance - rho,
-        u=atan2(ny, nx),
-        v=max(v, -tip.length / rho),
-        xi=foot.xi,
-        eta=foot.eta,
-        c_W=np.array([q[0] - distance * e[0], q[1] - distance * e[1], q[2] - distance * e[2]]),
-        tip_W=np.array([q[0] - rho * e[0], q[1] - rho * e[1], q[2] - rho * e[2]]),
-        n_W=np.array(e),
-        on_patch=foot.on_patch,
-        iterations=foot.iterations,
-        residual=foot.residual,
+        distance - rho,
+        atan2(ny, nx),
+        max(v, -tip.length / rho),
+        foot.xi,
+        foot.eta,
+        points[0],
+        points[1],
+        points[2],
+        foot.on_patch,
+        foot.iterations,
+        foot.residual,
     )

@@ -121,6 +121,9 @@ def _is_free(x: float, slope: float, lower: float, upper: float) -> bool:
     return not (x <= lower and slope > 0.0) and not (x >= upper and slope < 0.0)
 
 
+_SHARES = np.linspace(-1.0, 0.0, 9)[:, None]
+
+
 @lru_cache(maxsize=64)
 def _samples(surface: SurfaceOfRevolution) -> tuple[Array, Array, Array]:
     v = np.linspace(*surface.domain, 33)
@@ -131,9 +134,10 @@ def _samples(surface: SurfaceOfRevolution) -> tuple[Array, Array, Array]:
 def _start(surface: SurfaceOfRevolution, a: Triple, d: Triple, length: float) -> tuple[float, float]:
     """Best point of a grid of 9 by 33: some 3 mm apart on finger and handle, finer than any waist."""
     v, r, h = _samples(surface)
-    s = np.linspace(-length, 0.0, 9)[:, None]
-    square = (np.hypot(a[0] + s * d[0], a[1] + s * d[1]) - r) ** 2 + (a[2] + s * d[2] - h) ** 2
-    i, j = divmod(int(square.argmin()), len(v))
+    s = length * _SHARES
+    x, y = a[0] + s * d[0], a[1] + s * d[1]
+    across, along = np.sqrt(x * x + y * y) - r, a[2] + s * d[2] - h
+    i, j = divmod(int((across * across + along * along).argmin()), len(v))
     return float(s[i, 0]), float(v[j])
 
 

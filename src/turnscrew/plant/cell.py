@@ -7,11 +7,15 @@ through the sensors; `truth` is for the recorder.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import TracebackType
 
 import mujoco
 import numpy as np
 
+from turnscrew.errors import ModelError
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.pinhole import Window
+from turnscrew.plant.camera import Image, Pictures, SceneCamera
 from turnscrew.plant.contact import Friction, rub, set_solver
 from turnscrew.plant.screw import Screw, add_screw
 from turnscrew.plant.thread import Thread
@@ -35,6 +39,7 @@ class CellDescription:
         slot_yaw: The slot's initial direction [rad].
         timestep: Plant step [s].
         mass_error: Relative error of the robot's masses against the loop's model.
+        camera: What `picture` is seen by, if anything.
     """
 
     tool: Tool
@@ -45,6 +50,7 @@ class CellDescription:
     slot_yaw: float
     timestep: float = 0.001
     mass_error: float = 0.0
+    camera: SceneCamera | None = None
 
 
 def cell_xml(cell: CellDescription, p_WT: Array, R_WT: Array) -> str:
@@ -69,7 +75,7 @@ def cell_xml(cell: CellDescription, p_WT: Array, R_WT: Array) -> str:
 
 
 class Cell:
-    """The plant: servo commands in, one step at a time.
+    """The plant: servo commands in, one step at a time; a context manager, since drawing holds OpenGL.
 
     The model is compiled from its own MJCF text, so that a saved copy of that text steps to the same last bit.
 
@@ -98,11 +104,16 @@ class Cell:
         self._screw_q, self._screw_v = int(hinge.qposadr[0]), int(hinge.dofadr[0])
         self._thread_ctrl = self.model.actuator("thread").id
         self._contacts = ContactReader(self.model)
+        self._drive_sum, self._drive_steps = np.zeros(len(DRIVEN)), 0
+        self._camera = description.camera
+        self._pictures: Pictures | None = None
         mujoco.mj_forward(self.model, self.data)
 
     def write(self, command: Array) -> None:
         """Sends position commands (24,) in the order of `DRIVEN` [rad] to the servos."""
         self.data.ctrl[: len(DRIVEN)] = command
+        self._drive_sum[:] = 0.0
+        self._drive_steps = 0
 
     def prepare(self) -> None:
         """Sets the thread's torque for the coming step, so that all controls of that step stand in `data.ctrl`."""
@@ -115,6 +126,8 @@ class Cell:
     def step(self) -> None:
         """One step of the plant."""
         mujoco.mj_step(self.model, self.data)
+        self._drive_sum += self.data.actuator_force[: len(DRIVEN)]
+        self._drive_steps += 1
 
     @property
     def diverged(self) -> bool:
@@ -137,13 +150,50 @@ class Cell:
         return self._contacts.fingertip_forces(self.data)
 
     def drive_torques(self) -> Array:
-        """Torque (24,) of each drive in the order of `DRIVEN` [N.m], for the strain gauges."""
-        return np.array(self.data.actuator_force[: len(DRIVEN)])
+        """Mean torque (24,) of each drive since the last command, in the order of `DRIVEN` [N.m], for strain gauges.
+
+        Commands come in steps, and the servos answer with a jump that decays within a tick, which a gauge read once a
+        tick would take for the whole.
+        """
+        return self._drive_sum / max(self._drive_steps, 1)
 
     def tool_pose(self) -> tuple[Array, Array]:
         """True p_WT (3,) [m] and R_WT (3, 3), for the camera."""
         tool = self._contacts.tool_body
         return self.data.xpos[tool].copy(), self.data.xmat[tool].reshape(3, 3).copy()
+
+    def picture(self, left: int, top: int, width: int, height: int) -> Image:
+        """What the camera sees in a window of its full image: (height, width, 3), RGB, without the lens' distortion.
+
+        Args:
+            left: First column; the window may reach beyond the image [px].
+            top: First row [px].
+            width: Columns [px].
+            height: Rows [px].
+
+        Raises:
+            ModelError: The cell has no camera.
+            RenderError: This machine cannot draw.
+        """
+        if self._camera is None:
+            raise ModelError("the cell has no camera: CellDescription.camera says where one stands")
+        if self._pictures is None:
+            self._pictures = Pictures(self.model, self._camera)
+        return self._pictures.draw(self.data, Window(left, top, width, height))
+
+    def close(self) -> None:
+        """Gives back what drawing holds; the plant itself goes on."""
+        if self._pictures is not None:
+            self._pictures.close()
+            self._pictures = None
+
+    def __enter__(self) -> Cell:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
 
     def truth(self) -> Truth:
         """Everything that a judge of the run wants to know and the robot does not."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from turnscrew.geometry.arrays import Array
 from turnscrew.plant.contact import STEEL, Friction, rub
+from turnscrew.plant.markers import Markers, add_markers, markers_mass
 
 STEEL_DENSITY = 7850.0
 """Density of shaft and blade [kg/m3]."""
@@ -26,6 +27,7 @@ class Tool:
         shaft_radius: [m].
         blade: Width along the edge and thickness across it [m].
         blade_height: How far up the flat blade reaches [m].
+        markers: For a camera; they are part of the mass.
     """
 
     radius: float
@@ -35,6 +37,7 @@ class Tool:
     shaft_radius: float = 0.003
     blade: tuple[float, float] = (0.006, 0.001)
     blade_height: float = 0.008
+    markers: Markers | None = None
 
 
 def add_tool(spec: mujoco.MjSpec, tool: Tool, friction: Friction, p_WT: Array, R_WT: Array) -> None:
@@ -47,9 +50,11 @@ def add_tool(spec: mujoco.MjSpec, tool: Tool, friction: Friction, p_WT: Array, R
     width, thickness = tool.blade
     shaft_mass = STEEL_DENSITY * np.pi * tool.shaft_radius**2 * (handle_start - tool.blade_height)
     blade_mass = STEEL_DENSITY * width * thickness * tool.blade_height
+    marker_mass = 0.0 if tool.markers is None else markers_mass(tool.markers)
+    handle_mass = tool.mass - shaft_mass - blade_mass - marker_mass
     handle = body.add_geom(
         name="handle", type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[0, 0, tool.middle],
-        size=[tool.radius, tool.length / 2, 0], mass=tool.mass - shaft_mass - blade_mass, rgba=[0.85, 0.35, 0.1, 1],
+        size=[tool.radius, tool.length / 2, 0], mass=handle_mass, rgba=[0.85, 0.35, 0.1, 1],
     )  # fmt: skip
     shaft = body.add_geom(
         name="shaft", type=mujoco.mjtGeom.mjGEOM_CYLINDER, pos=[0, 0, (handle_start + tool.blade_height) / 2],
@@ -67,3 +72,5 @@ def add_tool(spec: mujoco.MjSpec, tool: Tool, friction: Friction, p_WT: Array, R
     rub(handle, friction.finger)
     rub(shaft, friction.tip, solimp=STEEL)
     rub(blade, friction.tip, solimp=STEEL)
+    if tool.markers is not None:
+        add_markers(spec, body, tool.markers, friction.finger)

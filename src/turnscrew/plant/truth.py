@@ -72,8 +72,7 @@ class ContactReader:
         for row, finger in enumerate(FINGERS):
             self._row[model.geom(f"C_{finger.lower()}distal").id] = row
         self._is_tool = np.zeros(model.ngeom, dtype=bool)
-        for name in ("handle", "shaft", "blade"):
-            self._is_tool[model.geom(name).id] = True
+        self._is_tool[model.geom_bodyid == self.tool_body] = True
         self._is_slot = np.zeros(model.ngeom, dtype=bool)
         for name in SLOT_GEOMS:
             self._is_slot[model.geom(name).id] = True

@@ -138,6 +138,24 @@ class RobotModel:
         """C_r v (28,) of (18): Coriolis and centrifugal torques [N.m]."""
         return self.bias(q, v) - self.gravity(q)
 
+    def inverse_dynamics(self, q: Array, v: Array, a: Array) -> Array:
+        """M_r a + C_r v + N + D v (28,) of (18): torques of a motion in which nothing touches the robot [N.m].
+
+        D is the joints' damping.  Their dry friction of .001 N.m is left out: it is 15 mN at a fingertip.
+
+        Args:
+            q: (28,) [rad].
+            v: (28,) [rad/s].
+            a: (28,) accelerations [rad/s2].
+        """
+        self._place(q)
+        self._data.qvel[:], self._data.qacc[:] = v, a
+        mujoco.mj_comVel(self._model, self._data)
+        torque = np.empty(len(JOINTS))
+        mujoco.mj_rne(self._model, self._data, 1, torque)
+        # the recursion knows links only: the drives' reflected inertia and the damping act in the joints
+        return np.asarray(torque + self._model.dof_armature * a + self._model.dof_damping * v)
+
     def gravity(self, q: Array) -> Array:
         """N (28,) of (18): torques that hold the robot against gravity [N.m]."""
         return self.bias(q, np.zeros(len(JOINTS)))

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
 
 from turnscrew.geometry.arrays import Array
+
+Image: TypeAlias = NDArray[np.uint8]
+"""Grey (height, width) or RGB (height, width, 3), 8 bit."""
 
 
 class Sensed(Protocol):
@@ -26,3 +32,6 @@ class Sensed(Protocol):
 
     def tool_pose(self) -> tuple[Array, Array]:
         """p_WT (3,) [m] and R_WT (3, 3), for a camera that is modelled by its error alone."""
+
+    def picture(self, left: int, top: int, width: int, height: int) -> Image:
+        """What a pinhole camera sees in a window of its image: (height, width, 3), RGB, for a camera with a lens."""

@@ -10,22 +10,8 @@ from numpy.random import Generator
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import exp_so3
 from turnscrew.sense.sensed import Sensed
+from turnscrew.sense.shutter import Frame, Shutter, ShutterState
 from turnscrew.signals import Vision
-
-
-@dataclass(frozen=True, slots=True)
-class VisionState:
-    """What the camera remembers between ticks.
-
-    Attributes:
-        rng: Source of noise and dropouts; `update` advances it.
-        next_exposure: When the shutter opens next [s].
-        queue: Frames on their way, oldest first.
-    """
-
-    rng: Generator
-    next_exposure: float
-    queue: tuple[Vision, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +35,11 @@ class NoisyTruthVision:
     latency: float = 1.0 / 30.0
     dropout: float = 0.0
 
-    def init(self, rng: Generator) -> VisionState:
-        """Start with the shutter at a random phase, for camera and control share no clock."""
-        return VisionState(rng, float(rng.uniform(0.0, 1.0 / self.rate)), ())
+    def init(self, rng: Generator) -> ShutterState:
+        """Start with the shutter at a random phase."""
+        return self._shutter.init(rng)
 
-    def update(self, state: VisionState, plant: Sensed) -> tuple[VisionState, Vision | None, str]:
+    def update(self, state: ShutterState, plant: Sensed) -> tuple[ShutterState, Vision | None, str]:
         """Expose when due and hand out the newest frame that has arrived.
 
         Args:
@@ -63,17 +49,15 @@ class NoisyTruthVision:
         Returns:
             The new state; the frame that arrived since the last call, if any; and why there is no pose: never a reason.
         """
-        time = plant.time
-        p_WT, R_WT = plant.tool_pose()
-        queue, due = state.queue, state.next_exposure
-        if time >= due:
-            # a stalled caller gets one frame, as a camera that overwrites its buffer would give
-            due += (np.floor((time - due) * self.rate) + 1.0) / self.rate
-            if state.rng.random() >= self.dropout:
-                queue = (*queue, self._expose(state.rng, p_WT, R_WT, time))
-        # half a microsecond keeps a frame from slipping by a tick through rounding of accumulated times
-        arrived = [frame for frame in queue if frame.stamp + self.latency <= time + 5e-7]
-        return VisionState(state.rng, float(due), queue[len(arrived) :]), arrived[-1] if arrived else None, ""
+        state, open_ = self._shutter.opens(state, plant.time)
+        if open_:
+            seen = self._expose(state.rng, *plant.tool_pose(), plant.time)
+            state = self._shutter.send(state, Frame(plant.time, seen, ""))
+        return self._shutter.arrived(state, plant.time)
+
+    @property
+    def _shutter(self) -> Shutter:
+        return Shutter(self.rate, self.latency, self.dropout)
 
     def _expose(self, rng: Generator, p_WT: Array, R_WT: Array, time: float) -> Vision:
         p = p_WT + rng.normal(0.0, self.position_noise, 3)

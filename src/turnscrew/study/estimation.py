@@ -8,7 +8,8 @@ from time import perf_counter
 
 import numpy as np
 
-from turnscrew.estimate.estimator import EstimatorState, ToolEstimator
+from turnscrew.estimate.estimator import ToolEstimator
+from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.estimate.filter_state import pose_covariance
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.geometry.rotations import log_so3

@@ -17,6 +17,7 @@ from turnscrew.plant.log import read_log
 from turnscrew.plant.playback import Playback
 from turnscrew.robot.joints import DRIVEN, FINGERS, JOINTS
 from turnscrew.robot.model import RobotModel
+from turnscrew.sense.sensors import Sensors
 from turnscrew.signals import Measurement, Vision
 from turnscrew.task.record import SCENARIO
 from turnscrew.task.scenario import load
@@ -26,7 +27,7 @@ from turnscrew.task.start import Start, draw_start
 from turnscrew.task.wiring import believed_inertia, build_cell, build_estimator, build_sensors, generators
 
 AGAIN = ("vision", "force", "sense")
-"""Tables of a scenario that describe sensors: with other values there the run is measured again."""
+"""Tables of a scenario that describe sensors: with other values there, or other markers, the run is measured again."""
 
 
 @dataclass(frozen=True)
@@ -99,11 +100,12 @@ def read(folder: Path, overrides: Sequence[str] = ()) -> Recording:
     start, plan = _start(made, robot)
     truth = _truth(columns)
     same = all(getattr(made, table) == getattr(scenario, table) for table in AGAIN)
+    same = same and made.tool.markers == scenario.tool.markers
     if same:
         measurements = _recorded(columns)
     else:
-        playback = Playback(build_cell(scenario, start), log)
-        measurements = _measured(scenario, playback, truth.time)
+        with build_cell(scenario, start, plan) as cell:
+            measurements = _measured(build_sensors(scenario, plan), scenario.seed, Playback(cell, log), truth.time)
     inertia = believed_inertia(scenario, start.believed_radius)
     return Recording(
         name=folder.name,
@@ -173,9 +175,9 @@ def _frames(columns: Mapping[str, np.ndarray], ticks: int) -> list[Vision | None
     return [None if np.isnan(stamp[i]) else Vision(float(stamp[i]), p[i], R[i], P[i]) for i in range(ticks)]
 
 
-def _measured(scenario: Scenario, playback: Playback, times: Array) -> tuple[Measurement, ...]:
-    """The run as the scenario's sensors would have measured it; errors are drawn from the scenario's seed."""
-    sensors, streams = build_sensors(scenario), generators(scenario.seed)
+def _measured(sensors: Sensors, seed: int, playback: Playback, times: Array) -> tuple[Measurement, ...]:
+    """The run as these sensors would have measured it; their errors are drawn from its seed."""
+    streams = generators(seed)
     state = sensors.init(streams["encoders"], streams["force"], streams["camera"])
     out = []
     for time in times:

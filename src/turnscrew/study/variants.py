@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from turnscrew.estimate.estimator import Reference, ToolEstimator
 from turnscrew.estimate.filter_state import Prior
 from turnscrew.estimate.pose_problem import Tolerances
+from turnscrew.estimate.pose_refine import PoseRefiner
 
 NEVER = 10.0
 """A bound that a sine, or a contact's way on the handle in radians and centimetres, never reaches."""
@@ -33,7 +34,7 @@ class Variant:
 
 def _from_camera(tolerances: Tolerances) -> Callable[[ToolEstimator], ToolEstimator]:
     def change(estimator: ToolEstimator) -> ToolEstimator:
-        refiner = replace(estimator.refiner, tolerances=tolerances)
+        refiner = replace(estimator.refiner or PoseRefiner(), tolerances=tolerances)
         return replace(estimator, refiner=refiner, reference=Reference.CAMERA)
 
     return change

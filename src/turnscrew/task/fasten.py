@@ -60,6 +60,8 @@ class Run:
 
         Raises:
             PlanError: no plan fits the handle, or the start is out of reach.
+            CameraError: the camera's calibration or its markers cannot be used.
+            RenderError: pictures are wanted, and this machine cannot draw.
         """
         robot = RobotModel()
         streams = generators(scenario.seed)
@@ -72,7 +74,10 @@ class Run:
             progress=on_planning,
         )
         start = draw_start(scenario, plan, robot, streams["start"])
-        cell = build_cell(scenario, start)
+        cell = build_cell(scenario, start, plan)
+        if scenario.vision.source == "rendered":
+            # a machine that cannot draw is told of now, not when the run is under way
+            cell.picture(0, 0, 16, 16)
         blocks = build_blocks(scenario, plan, robot, start.believed_radius)
         loop = Loop(blocks, Watch(scenario.goal.time_limit), 1.0 / scenario.rate.control)
         sensors = blocks.sensors.init(streams["encoders"], streams["force"], streams["camera"])
@@ -126,6 +131,7 @@ def fasten(
             recorder.step(run.cell.data)
             summary = summarise(run, outcome, faults, perf_counter() - began)
             recorder.finish(summary)
+            run.cell.close()
     return summary
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from turnscrew.actuate.position import DRIVEN_INDEX
 from turnscrew.control.controller import ControllerState
 from turnscrew.decide.gait import GaitState
-from turnscrew.estimate.estimator import EstimatorState
+from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.geometry.arrays import Array
 from turnscrew.plant.cell import Cell
 from turnscrew.sense.sensors import SensorState

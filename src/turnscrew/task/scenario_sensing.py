@@ -14,24 +14,68 @@ class Markers(Table):
     place: Literal["collar", "plates"] = key(
         "collar",
         "-",
-        "'collar': on a prism around the handle's end; 'plates': on small plates on the handle, between the fingers.",
-        f"found by trial: a collar is seen from all sides and flips no pose; {PAPER}, Fig. 5 has plates",
+        "'collar': two rows on a hexagonal prism around the shaft, under the handle; 'plates': six small plates around "
+        "the handle's lower part, below the fingers.",
+        f"found by trial: the hand never covers either, and always the handle's upper end; {PAPER}, Fig. 5 has plates",
     )
-    dictionary: str = key("4X4_50", "-", "ArUco dictionary, by OpenCV's name without DICT_.", "the smallest one")
+    dictionary: str = key(
+        "4X4_50", "-", "ArUco dictionary, by OpenCV's name without DICT_.", "the largest cells, so the farthest seen"
+    )
+    collar: float = key(
+        0.026, "m", "Distance between opposite faces of the collar.", "free choice: slimmer than the handle",
+        ge=0.016, le=0.06,
+    )  # fmt: skip
+    plate: float = key(
+        0.010, "m", "Side of the marker on a plate.", f"assumed: as {PAPER}, Fig. 5 looks like", ge=0.006, le=0.02
+    )
 
 
 class Camera(Table):
-    """The camera that `vision.source = "rendered"` draws: Azure Kinect's colour camera by default."""
+    """The camera that `vision.source = "rendered"` draws: Azure Kinect's colour camera, 3840 x 2160 px, 90 x 59 deg."""
 
     distance: float = key(
         0.65, "m", "Distance from the handle's middle.", f"{PAPER}, Fig. 5: as a user would place it", ge=0.2, le=3.0
     )
     azimuth: float = key(
-        math.radians(75.0), "rad", "Direction of view, about z of W.", "found by trial", ge=-math.pi, le=math.pi
+        math.radians(75.0),
+        "rad",
+        "Direction of view, about z of W from x.",
+        "found by trial: past the fingers, lit from behind the camera",
+        ge=-math.pi,
+        le=math.pi,
     )
     elevation: float = key(
-        math.radians(-20.0), "rad", "Direction of view above the horizon.", "found by trial", ge=-1.5, le=1.5
+        math.radians(-20.0), "rad", "Direction of view above the horizon.", "a tripod on the bench", ge=-1.5, le=1.5
     )
+    exposure: float = key(
+        1.0, "-", "Gain on the light; 2 burns out what is brighter than half.", "well exposed", ge=0.05, le=20.0
+    )
+    shutter: float = key(
+        0.008, "s", "Exposure time, over which motion blurs.", "assumed: 1/125 s, indoors", ge=0.0, le=0.033
+    )
+    defocus: float = key(
+        0.7, "px", "Blur of the lens, sigma.", "assumed: a lens about as sharp as its sensor", ge=0.0, le=10.0
+    )
+    noise: float = key(
+        1.0, "-", "Noise of the read-out in grey levels of 255, sigma; photons add theirs.", "assumed", ge=0.0, le=50.0
+    )
+    corners: Literal["edges", "opencv"] = key(
+        "edges",
+        "-",
+        "'edges': corners are crossings of edges fitted to steepest brightness; 'opencv': as OpenCV refines them.",
+        "found by trial: half the noise, and none of the two millimetres' bias of depth",
+    )
+    calibration: str = key(
+        "", "-", 'Calibration file that is believed; "" is the camera as built.', "a camera calibrated well"
+    )
+    position_error: float = key(
+        0.0, "m", "Constant error of the believed camera position along each axis, sigma.",
+        "sense.calibration_error stands for it", ge=0.0, le=0.02,
+    )  # fmt: skip
+    rotation_error: float = key(
+        0.0, "rad", "Constant error of the believed camera orientation about each axis, sigma.",
+        "sense.calibration_error stands for it", ge=0.0, le=0.05,
+    )  # fmt: skip
 
 
 class Sense(Table):
@@ -79,7 +123,6 @@ class Vision(Table):
         "-",
         "Where it comes from.",
         f"{PAPER}, section V-A: pose read from the simulator, random noise added",
-        later={"rendered": "comes with the rendered camera"},
     )
     rate: float = key(30.0, "Hz", "Frames a second.", f"{PAPER}: Azure Kinect, colour camera", ge=1.0, le=200.0)
     position_noise: float = key(
@@ -108,8 +151,37 @@ class Gauges(Table):
     gain_error: float = key(
         0.2, "-", "Relative error of a gauge's gain before calibration, sigma.", "assumed", ge=0.0, le=0.5
     )
-    offset: float = key(0.05, "N.m", "Constant offset of a gauge before calibration, sigma.", "assumed", ge=0.0, le=0.5)
-    noise: float = key(0.005, "N.m", "White noise of a reading, sigma.", "assumed", ge=0.0, le=0.1)
+    offset: float = key(0.05, "N.m", "Constant offset of a gauge before calibration, sigma.", "assumed", ge=0.0, le=0.2)
+    hysteresis: float = key(
+        0.14,
+        "-",
+        "Slow relative error of a reading, sigma: friction between joint and gauge, which no calibration removes.",
+        f"found by trial: 95 % of steady contact forces err by less than 25 %, as {PAPER}, footnote 7",
+        ge=0.0,
+        le=0.4,
+    )
+    drift: float = key(
+        0.005,
+        "N.m",
+        "Slow drift of a reading, sigma.",
+        "assumed: half a percent of the drives' .9 N.m",
+        ge=0.0,
+        le=0.02,
+    )
+    noise: float = key(
+        0.005,
+        "N.m",
+        "White noise of a reading averaged over a tick, sigma.",
+        "assumed: half a percent of the drives' .9 N.m",
+        ge=0.0,
+        le=0.02,
+    )
+    loads: int = key(
+        6, "-", "Known loads at the calibration, from -.3 to .3 N.m.", "assumed: three weights, both ways", ge=2, le=100
+    )
+    load_accuracy: float = key(
+        0.05, "-", "Relative error of a known load, sigma.", "assumed: a lever measured by ruler", ge=0.0, le=0.2
+    )
 
 
 class Force(Table):
@@ -122,7 +194,6 @@ class Force(Table):
         "-",
         "Where it comes from.",
         f"{PAPER}, section V-A: read from the simulator",
-        later={"strain": "comes with the gauges"},
     )
     noise: float = key(
         0.25, "-", "Largest relative error of the magnitude.", f"{PAPER}, footnote 7: within 25 %", ge=0.0, le=0.9
@@ -141,11 +212,11 @@ class Estimation(Table):
     """How the tool's pose is refined."""
 
     solver: Literal["sqp", "ipopt", "map"] = key(
-        "ipopt",
+        "sqp",
         "-",
         "Who solves the pose problem (1)-(6) at each camera frame: 'sqp', a real-time solver; 'ipopt', the paper's; "
         "'map', nobody: the filter's pose is handed on as it is.",
-        f"{PAPER}: IPOPT",
+        f"found by trial: IPOPT's optimum in a tenth of its time; {PAPER} takes IPOPT",
     )
     reference: Literal["filter", "camera"] = key(
         "filter",

@@ -1,0 +1,76 @@
+"""All that the estimation of tool, contacts and screw remembers between two ticks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from turnscrew.estimate.arm_smoothing import ArmState
+from turnscrew.estimate.contacts import TouchState
+from turnscrew.estimate.correction import Correction
+from turnscrew.estimate.filter_state import FilterState
+from turnscrew.estimate.finger_force import FingerForceState
+from turnscrew.estimate.handle_contacts import HandleContacts
+from turnscrew.estimate.refine_step import Refined
+from turnscrew.estimate.screw_angle import AngleState
+from turnscrew.estimate.tilt_smoothing import TiltState
+from turnscrew.estimate.tip_slip import SlipState
+from turnscrew.estimate.tip_wrench import WrenchState
+from turnscrew.estimate.trail import Pose, Trail
+from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.profiles import Capsule
+from turnscrew.signals import Measurement
+
+if TYPE_CHECKING:
+    from turnscrew.robot.model import Fingertips
+
+
+@dataclass(frozen=True, slots=True)
+class EstimatorState:
+    """All that the estimator remembers between ticks.
+
+    Attributes:
+        read: The last measurement, with numbers only.
+        arm: Smoothed joints of arm and wrist.
+        filter: Tool, screw, radius and offsets.
+        gauged: The gauges' last readings; None for a hand with sensors in its fingertips.
+        f_F: (5, 3) force of each fingertip now, in its frame F, not low-passed [N].
+        touch: Touch flags and low-passed forces.
+        tips: Fingertips at the last tick, with the present offsets removed.
+        capsules: Their patches.
+        tilt: Smoothed odometry of the tilt.
+        contacts: Closest points there.
+        trail: The last moments of odometry.
+        since_correction: Time since the filter was last corrected [s].
+        correction: What the last correction did, None before the first.
+        refined: The last refinement, None before the first.
+        seen: The camera's last pose, carried along by odometry; NaN before the first.
+        polished: III-A's last pose, likewise.
+        status: What the refinement said of the last frame.
+        omega_T: (3,) low-passed angular velocity of the tool, in T [rad/s].
+        angle: The screw's angle.
+        wrench: The tip wrench's filters.
+        slip: The tests for a slip of the tip.
+    """
+
+    read: Measurement
+    arm: ArmState
+    filter: FilterState
+    gauged: FingerForceState | None
+    f_F: Array
+    touch: TouchState
+    tips: Fingertips
+    capsules: tuple[Capsule, ...]
+    tilt: TiltState
+    contacts: HandleContacts
+    trail: Trail
+    since_correction: float
+    correction: Correction | None
+    refined: Refined | None
+    seen: Pose
+    polished: Pose
+    status: str
+    omega_T: Array
+    angle: AngleState
+    wrench: WrenchState
+    slip: SlipState

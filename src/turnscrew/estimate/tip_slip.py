@@ -1,0 +1,246 @@
+"""Has the tip slipped?  Three sequential tests of what a tip at rest in its drive excludes.
+
+The estimation assumes a tip without acceleration (III-B), so its poses and wrenches cannot show a slip; what shows it
+is that the readings stop to agree with each other.  A tip that skids by a millimetre does so within some 20 ms, and
+jerks the tool in the fingers:
+
+- **net**: the hand's force, and its torque about the tip's x and y, jump.  A tool at rest on its tip needs no such
+  torque, and a lateral force or a loss of axial force beyond what the friction of blade and slot passes on is no
+  tip at rest either.  The errors of fingertip readings jump as well, when squeezes change: they are learned, and
+  what is left of them counts as noise.
+- **grip**: while all fingers that press hold firm, their forces change smoothly.  While some touch or let go they do
+  not: fingers that are taken off slide first, by jerks of 3 N that cancel each other.
+- **seen**: the camera sees the tip leave the place where it has seen it so far.  It takes a camera of half a
+  millimetre; one of 3 mm tells nothing in a tenth of a second.
+
+Each test is a CUSUM (Page, 1954) of the likelihood ratio of innovations y with covariance S against `inflation^2 S`,
+
+    g <- max(0, g + (1 - inflation^-2) y' S^-1 y / 2 - m log(inflation)),       m the size of y.
+
+Without slips, Wald's bound gives a mean time between alarms of `period exp(h)` at least, whence the threshold h.
+
+Paper: no counterpart; its no-slip assumptions dv_x = dv_y = 0 of III-B are what is tested.  The rolling odometry is
+not: fingers on a line turn with a tool that tilts about that line without any trace, and across it a millimetre at the
+tip moves contacts by .1 mm, no more than the encoders' noise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import log
+
+import numpy as np
+
+from turnscrew.estimate.biased_load import DIRECTION_SHARE
+from turnscrew.geometry.arrays import Array, Flags
+from turnscrew.robot.joints import FINGERS
+
+K = len(FINGERS)
+NET = 5
+BIASED = slice(1, 1 + K)
+
+
+@dataclass(frozen=True, slots=True)
+class SlipState:
+    """What the tests remember.
+
+    Attributes:
+        x: (5, 6) of hand force x, y, z and hand torque x, y in W: the load, and its errors per newton of squeeze.
+        P: (5, 6, 6) their covariances.
+        level: (5, 3) smoothed force of each fingertip, in W [N].
+        slope: (5, 3) its change a tick [N].
+        slow: (5,) slowly smoothed size of each force [N].
+        changed: Time since the set of pressing fingers changed [s].
+        calm: Time since a finger changed so, pressed too little or let go [s].
+        pressing: (5,) which fingers press.
+        place: (2,) where the camera has seen the tip so far, less where the filter has it [m]; NaN before a frame.
+        g: (3,) the CUSUMs: net, grip, seen.
+        age: Time since the start [s].
+    """
+
+    x: Array
+    P: Array
+    level: Array
+    slope: Array
+    slow: Array
+    changed: float
+    calm: float
+    pressing: Flags
+    place: Array
+    g: Array
+    age: float
+
+
+@dataclass(frozen=True, slots=True)
+class TipSlip:
+    """Parameters of the three tests.
+
+    Attributes:
+        direction_error: Bound of the readings' error in direction [rad].
+        alarm_period: Mean time between false alarms that the threshold is made for [s]: twice the ten minutes
+            wanted, for the tails of real innovations are heavier than a Gaussian's.
+        inflation: How much larger innovations are in a slip than without: 4, found by trial, 3 to 6 do equally well.
+        noise: White noise of a reading, an axis [N].
+        memory: Time in which an error of a reading forgets itself [s].
+        force_walk: What the tip's force may change by in a tick without slip [N]: found by trial, what fingers that
+            touch and slide pass this on.
+        torque_walk: The same of the torque about the tip [N.m]: what .06 N at the handle's height make.
+        stir: How much more it may change by while fingers have just touched or let go: found by trial, 2 to 4 do.
+        jump_error: Error that a jump of a squeeze brings with it, over the jump, beside what its direction error
+            brings: .03 + sigma / 4, found by trial: a finger that slides turns its force, too.
+        height: Of the contacts above the tip [m].
+        ripple: Standard deviation of a held finger's force about its trend [N]: .1, twice what noise alone makes.
+        follow: Gains of the trend's level and slope: it follows a squeeze that begins to ramp within three ticks, found
+            by trial; (.3, .05) lags behind ramps and alarms there.
+        quiet: Time for which a finger that touches or lets go shakes the tool [s], and after which the others hold
+            firm: found by trial; .04 raises false alarms.
+        press: Reading above which a finger presses [N]: 7 sigma of its noise.
+        firm: Force below which a finger does not hold firm [N]: a third of the lightest squeeze.
+        letting_go: Share of its mean over `slow_time` below which a force tells that the finger lets go: a squeeze
+            taken off in .2 s falls there in 40 ms, long before it slides; noise and fades of the load stay above.
+        slow_time: Time constant of that mean [s].
+        start: Time until the grip has been built up [s].
+        jump: Share of a new frame in the place seen so far: a memory of 20 frames.
+    """
+
+    direction_error: float = np.deg2rad(30.0)
+    alarm_period: float = 1200.0
+    inflation: float = 4.0
+    noise: float = 0.035
+    memory: float = 3.0
+    force_walk: float = 0.12
+    torque_walk: float = 0.008
+    stir: float = 3.0
+    jump_error: float = 0.03
+    height: float = 0.125
+    ripple: float = 0.1
+    follow: tuple[float, float] = (0.6, 0.2)
+    quiet: float = 0.06
+    press: float = 0.25
+    firm: float = 1.5
+    letting_go: float = 0.87
+    slow_time: float = 0.12
+    start: float = 0.6
+    jump: float = 0.05
+
+    def init(self) -> SlipState:
+        """Nothing pressed, nothing seen."""
+        x, P = np.zeros((NET, 1 + K)), np.zeros((NET, 1 + K, 1 + K))
+        P[:, BIASED, BIASED] = self._sigma**2 * np.eye(K)
+        P[:3, 0, 0], P[3:, 0, 0] = 25.0, 1.0
+        none = np.zeros(K, dtype=bool)
+        still = np.zeros((K, 3))
+        return SlipState(x, P, still, still, np.zeros(K), 0.0, 0.0, none, np.full(2, np.nan), np.zeros(3), 0.0)
+
+    def update(
+        self,
+        state: SlipState,
+        f_W: Array,
+        c_W: Array,
+        n_W: Array,
+        p_WT: Array,
+        seen: tuple[Array, Array] | None,
+        dt: float,
+    ) -> tuple[SlipState, float]:
+        """Take in one tick.
+
+        Args:
+            state: Of the last tick.
+            f_W: (5, 3) forces of the fingertips on the tool as read, not low-passed, in W [N].
+            c_W: (5, 3) contact points, in W [m].
+            n_W: (5, 3) the handle's outward unit normals there, in W.
+            p_WT: (3,) tip position, in W [m].
+            seen: If a frame came: (2,) where it has the tip less where the filter has it, in W [m], and the (2, 2)
+                covariance of that.
+            dt: Time since the last tick [s].
+
+        Returns:
+            The new state, and the signal: the largest CUSUM over its threshold, so that 1 is an alarm.
+        """
+        size = np.sqrt((f_W * f_W).sum(axis=1))
+        pressing = size > self.press
+        same = bool((pressing == state.pressing).all())
+        changed = state.changed + dt if same else 0.0
+        calm = state.calm + dt if same and self._is_calm(state, pressing) else 0.0
+        f_W = f_W * pressing[:, None]
+        x, P, net = self._net(state, f_W, c_W - p_WT, n_W, self.stir if changed < self.quiet else 1.0, dt)
+        level, slope, grip = self._grip(state, f_W, size, dt)
+        place, eye = self._seen(state, seen)
+        age = state.age + dt
+        gain = np.array([
+            self._ratio(net, NET),
+            self._ratio(grip, 3 * int(np.count_nonzero(pressing))) if calm >= self.quiet else -np.inf,
+            0.0 if eye is None else self._ratio(eye, 2),
+        ])  # fmt: skip
+        g = np.maximum(state.g + gain, 0.0) * (age > self.start)
+        signal = float(g.max()) / self.threshold(dt)
+        slow = state.slow + dt / (self.slow_time + dt) * (size - state.slow)
+        return SlipState(x, P, level, slope, slow, changed, calm, pressing, place, g, age), signal
+
+    def _is_calm(self, state: SlipState, pressing: Flags) -> bool:
+        """Whether two fingers or more press, none too little and none less than it did."""
+        pressed = np.sqrt((state.level * state.level).sum(axis=1))[pressing]
+        return len(pressed) >= 2 and bool(
+            (pressed > np.maximum(self.firm, self.letting_go * state.slow[pressing])).all()
+        )
+
+    @property
+    def _sigma(self) -> float:
+        """Standard deviation of a reading's error across its force, over the force [rad]."""
+        return DIRECTION_SHARE * self.direction_error
+
+    def threshold(self, dt: float) -> float:
+        """h: three tests share the alarms, and each has one tick's chance every dt."""
+        return log(3.0 * self.alarm_period / dt)
+
+    def _ratio(self, squared: float, size: int) -> float:
+        """Likelihood ratio of a squared normalised innovation of `size` entries."""
+        return 0.5 * (1.0 - self.inflation**-2) * squared - size * log(self.inflation)
+
+    def _net(
+        self, state: SlipState, f_W: Array, arm: Array, n_W: Array, stir: float, dt: float
+    ) -> tuple[Array, Array, float]:
+        """Five Kalman filters at once: load and reading errors; returns the sum of squared normalised innovations."""
+        squeeze = np.maximum(-(f_W * n_W).sum(axis=1), 0.0)
+        torque_x = float(arm[:, 1] @ f_W[:, 2] - arm[:, 2] @ f_W[:, 1])
+        torque_y = float(arm[:, 2] @ f_W[:, 0] - arm[:, 0] @ f_W[:, 2])
+        y = np.array([*f_W.sum(axis=0), torque_x, torque_y])
+        scale = np.array([1.0, 1.0, 1.0, self.height, self.height])
+        H = np.ones((NET, 1 + K))
+        H[:, BIASED] = scale[:, None] * squeeze
+        jump = squeeze + (state.level * n_W).sum(axis=1)
+        jumped = (self.jump_error + 0.25 * self._sigma) ** 2 * float(jump @ jump)
+        noise = scale**2 * (np.count_nonzero(squeeze) * self.noise**2 + jumped)
+        keep = np.exp(-dt / self.memory)
+        fade = np.array([1.0, *[keep] * K])
+        x, P = state.x * fade, state.P * (fade[:, None] * fade)
+        walk = stir * np.array([self.force_walk] * 3 + [self.torque_walk] * 2)
+        diagonal = P.reshape(NET, -1)[:, :: 2 + K]
+        diagonal[:, 0] += walk**2
+        diagonal[:, BIASED] += self._sigma**2 * (1.0 - keep * keep)
+        PH = (P @ H[:, :, None])[:, :, 0]
+        S = (H * PH).sum(axis=1) + noise + 1e-9
+        innovation = y - (H * x).sum(axis=1)
+        gain = PH / S[:, None]
+        x = x + gain * innovation[:, None]
+        P = P - gain[:, :, None] * PH[:, None, :]
+        return x, P, float((innovation * innovation / S).sum())
+
+    def _grip(self, state: SlipState, f_W: Array, size: Array, dt: float) -> tuple[Array, Array, float]:
+        """Trend of each finger's force; returns the sum of squared normalised innovations."""
+        level, slope = state.level + state.slope, state.slope
+        innovation = f_W - level
+        wander = self._sigma * np.sqrt(2.0 * dt / self.memory) * size
+        S = self.ripple**2 + wander**2
+        squared = float(((innovation * innovation).sum(axis=1) / S).sum())
+        return level + self.follow[0] * innovation, slope + self.follow[1] * innovation, squared
+
+    def _seen(self, state: SlipState, seen: tuple[Array, Array] | None) -> tuple[Array, float | None]:
+        """Where the camera has the tip; the squared normalised change against the frames before, if a frame came."""
+        if seen is None:
+            return state.place, None
+        offset, P = seen
+        if np.isnan(state.place[0]):
+            return offset, None
+        z = offset - state.place
+        return state.place + self.jump * z, float(z @ np.linalg.solve((1.0 + self.jump) * P, z))
