@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rigs.estimation import ROBOT, contact, gait
+from rigs.estimation import P_WS, ROBOT, contact, gait
 
 from turnscrew.estimate.filter_state import OFFSET_COLUMNS
 from turnscrew.estimate.odometry import Rolled, RollingOdometry
@@ -111,3 +111,18 @@ def test_sensitivities_are_the_derivatives_of_the_rotation() -> None:
         numeric = (rolled(offset, np.zeros(3)).dtheta - rolled(-offset, np.zeros(3)).dtheta) / (2 * step)
         # fitted to two contacts that slip by 1e-4, whose misfit the derivative leaves out
         np.testing.assert_allclose(exact.per_offset[:, k], numeric, atol=0.05 * np.abs(numeric).max() + 1e-3)
+
+
+def test_finger_that_goes_another_way_than_two_others_is_left_out() -> None:
+    rng = np.random.default_rng(5)
+    turn = np.array([0.002, -0.001, -0.01])
+    tips = ROBOT.fingertips(gait(1)[0].q)
+    c_W = tips.p_WF + rng.normal(0.0, 0.003, (5, 3))
+    R = exp_so3(turn)
+    # all fingers carry the tool with them, but for the thumb, which goes back by 2 mm and is said to touch
+    moved = replace(tips, p_WF=P_WS + (tips.p_WF - P_WS) @ R.T, R_WF=R @ tips.R_WF)
+    moved.p_WF[0] += np.array([0.0, 0.002, 0.0])
+    weight = np.array([1.3, 5.9, 0.0, 5.5, 0.0])
+    found = RollingOdometry().increment(tips, moved, c_W, weight, P_WS, np.eye(3)).dtheta
+    # two fingers against a prior that they outweigh by 300 in tilt and 6000 in yaw
+    np.testing.assert_allclose(found, turn, rtol=0.02, atol=2e-5)

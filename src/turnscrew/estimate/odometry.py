@@ -59,11 +59,15 @@ class RollingOdometry:
         tilt_rate: s_t [rad/s]: 6 deg/s, a push of 5 N tilts by 3-4 deg in half a second.  It decides only where one
             finger alone touches, whose tangential motion is then read as yaw.
         yaw_rate: s_y [rad/s]: weak, far above any stroke.
+        stray: Where three fingers or more are said to touch: one that moves by more in a tick than the others say does
+            not hold the handle [m].  Five times the .06 mm that the encoders' noise moves a fingertip by; a finger
+            that goes back makes 1 to 2 mm.
     """
 
     slip_speed: float = 0.001
     tilt_rate: float = 0.1
     yaw_rate: float = 3.0
+    stray: float = 0.0003
 
     def increment(
         self, before: Fingertips, after: Fingertips, c_W: Array, weight: Array, p_WT: Array, R_WT: Array
@@ -97,6 +101,13 @@ class RollingOdometry:
         inverse = np.linalg.inv(A)
         dtheta = inverse @ np.array([S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]])
         held = np.flatnonzero(weight)
+        if len(held) > 2:
+            missed = moved[held] - lever[held] @ skew(dtheta).T
+            strays = (missed * missed).sum(axis=1)
+            if strays.max() > self.stray**2:
+                others = weight.copy()
+                others[held[strays.argmax()]] = 0.0
+                return self.increment(before, after, c_W, others, p_WT, R_WT)
         carry = inverse @ _skews(pulled[held])
         arm, swung = c_W[held] - before.p_WF[held], moved[held] + c_W[held] - after.p_WF[held]
         then, now = _moves(before.J[held], arm), _moves(after.J[held], swung)
