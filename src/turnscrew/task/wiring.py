@@ -56,9 +56,9 @@ GAUGED_TOUCH = TouchDetector(on=1.2, off=0.7, time=0.015)
 unseen; with thresholds of .8 and .5 N a guarded approach stops in free air in two of eight runs."""
 
 GAUGED_SLIP = TipSlip(noise=0.15, ripple=0.25, force_walk=0.3, torque_walk=0.03, jump_error=0.15, quiet=0.12)
-"""Slips by strain gauges, whose forces also hold what moving fingers leave, and come 25 ms late: fingers that let go shake
-them twice as long.  Found by trial: five runs of five rounds stay below four tenths of an alarm; with the .06 s of
-fingertip sensors each of them raises one."""
+"""Slips by strain gauges, whose forces also hold what moving fingers leave, and come 25 ms late: fingers that let go
+shake them twice as long.  Found by trial: five runs of five rounds stay below four tenths of an alarm; with the .06 s
+of fingertip sensors each of them raises one."""
 
 
 @dataclass(frozen=True)
