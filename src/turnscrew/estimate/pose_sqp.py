@@ -87,7 +87,7 @@ class SqpSolver:
 
     iterations: int = 30
     tolerance: float = 1e-9
-    settled: float = 1e-7
+    settled: float = 1e-8
     violation: float = 1e-7
     weight: float = 1.0
     curvature: float = 3e-5
