@@ -109,7 +109,7 @@ def test_nothing_in_view_is_searched_everywhere_and_found_again() -> None:
         return np.full((window.height, window.width), 90, np.uint8)
 
     track = sight.init()
-    for frame in range(12):
+    for frame in range(24):
         track, vision, blind = sight.update(track, frame / 30, size, take)
         assert (vision, blind) == (None, "no marker of 4X4_50 in view")
     areas = [window.width * window.height for window in windows]
