@@ -31,7 +31,7 @@ WIDENED = 3
 """Misses after which the window, doubled each time, is given up for the whole image, patch after patch."""
 
 PATCH = (640, 720)
-"""Largest patch that is searched in one frame [px]: 4K takes 18, six tenths of a second at 30 Hz, and each some 30 ms."""
+"""Largest patch that is searched in one frame [px]: 4K takes 18, six tenths of a second at 30 Hz, some 30 ms each."""
 
 FEWEST = 2
 """Markers that a pose needs: a single one of 12 mm gives the tip to a centimetre and flips."""
