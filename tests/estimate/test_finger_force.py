@@ -7,7 +7,8 @@ import pytest
 from rigs.cells import PLAN
 from rigs.plants import Still
 
-from turnscrew.estimate.finger_force import DRIVEN_JOINTS, ForceFromTorque, contact_jacobians, normals
+from turnscrew.actuate.position import DRIVEN_INDEX
+from turnscrew.estimate.finger_force import ForceFromTorque, contact_jacobians, normals
 from turnscrew.robot.joints import COUPLED, DRIVEN, FINGERS, INDEX, finger_joints
 from turnscrew.robot.model import RobotModel
 from turnscrew.sense.strain_gauges import StrainGauges
@@ -47,7 +48,7 @@ def torques(q: np.ndarray, tip_W: np.ndarray, f_F: np.ndarray) -> np.ndarray:
         torque[joint] += (f_W * np.array(moved)).sum() / 2e-6
     for follower, leader in COUPLED.items():
         torque[INDEX[leader]] += torque[INDEX[follower]]
-    return torque[DRIVEN_JOINTS]
+    return torque[DRIVEN_INDEX]
 
 
 def presses(tips_W: np.ndarray) -> np.ndarray:

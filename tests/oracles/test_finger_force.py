@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 from rigs.cells import PLAN
 
-from turnscrew.estimate.finger_force import DRIVEN_JOINTS, ForceFromTorque, normals
+from turnscrew.actuate.position import DRIVEN_INDEX
+from turnscrew.estimate.finger_force import ForceFromTorque, normals
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.joints import DRIVEN, FINGERS, INDEX, JOINTS
 from turnscrew.robot.model import Fingertips, RobotModel, robot_spec
@@ -49,8 +50,8 @@ class Rig:
         self.data = mujoco.MjData(self.model)
         self.data.qpos[:] = Q
         self.bodies = [self.model.body(f"{finger.lower()}distal").id for finger in FINGERS]
-        bend = ROBOT.gravity(Q)[DRIVEN_JOINTS] / stiffness_vector()
-        self.rest = Q[DRIVEN_JOINTS] + bend
+        bend = ROBOT.gravity(Q)[DRIVEN_INDEX] / stiffness_vector()
+        self.rest = Q[DRIVEN_INDEX] + bend
         self.data.ctrl[:] = self.rest
 
     @property
@@ -141,4 +142,4 @@ def test_a_moving_finger_presses_with_no_more_than_it_does() -> None:
 
 
 def test_names_of_the_drives_are_the_joints() -> None:
-    assert [INDEX[name] for name in DRIVEN] == DRIVEN_JOINTS.tolist()
+    assert [INDEX[name] for name in DRIVEN] == DRIVEN_INDEX.tolist()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rigs.messages import estimate_of, goal_of
@@ -102,6 +104,22 @@ def test_one_reading_without_a_number_is_named_and_a_lasting_one_ends_the_run():
     assert [(fault.kind, fault.ends) for fault in once] == [(FaultKind.POSE_SUSPECT, False)]
     assert once[0].evidence == "no number from encoders"
     assert any(fault.kind is FaultKind.DIVERGED and fault.ends for fault in faults_of(0.2, q=np.nan))
+
+
+def test_camera_that_tells_no_numbers_counts_as_dark():
+    nothing = Vision(0.0, np.full(3, np.nan), np.eye(3), np.eye(6))
+    state, found = WATCH.init(), []
+    for i in range(300):
+        reading = replace(measured(i * DT), vision=nothing if i % 3 == 0 else None)
+        goal = goal_of(roles=GRIP, phase="roll" if i % 200 < 100 else "add")
+        state, faults = WATCH.update(state, reading, estimate_of(touching=HELD), goal, DT)
+        found += faults
+    # suspect from the third frame; dark for half a second: named; for two from the start: the run ends
+    assert [(fault.kind, fault.ends) for fault in found[:3]] == [
+        (FaultKind.POSE_SUSPECT, False),
+        (FaultKind.VISION_LOST, False),
+        (FaultKind.VISION_LOST, True),
+    ]
 
 
 def test_slip_of_the_tip_is_named_when_the_signal_reaches_one():

@@ -5,10 +5,10 @@ same pace while frames fail to come): the filter's correction, and III-A on the 
 
 Which pose is handed on.  The position is the filter's.  The orientation is III-A's where it was solved within its
 boxes, with the filter's orientation as rbar.  Where the filter's pose satisfies (1)-(5), that is the filter's own, and
-on the synthetic gait of the tests it always did once the constants were learned (1278 of 1278 frames, six seeds): so
-III-A certifies frames, in 2 ms each, rather than improve them, and `Estimate.status` tells when it could not.  With the
-camera's orientation as rbar, the paper's choice, III-A errs by .63 mm / .44 deg of tilt / 1.45 deg of yaw (rms, same
-frames), for it forgets all frames but one; the filter by .46 / .29 / .45, the camera itself by 5.2 / 2.8 / 2.0.
+in runs of five rounds it does in 99.7 % of the frames: so III-A certifies frames, in .2 ms each, rather than improve
+them, and `Estimate.status` tells when it could not.  With the camera's orientation as rbar, the paper's choice, III-A
+errs by .69 mm / .38 deg of tilt / 1.38 deg of yaw (rms, medians of five runs), for it forgets all frames but one; the
+filter by .55 / .22 / .39, the camera itself by 5.2 / 2.8 / 2.0.
 """
 
 from __future__ import annotations

@@ -31,9 +31,6 @@ TIP = slice(3, 6)
 SCREW = slice(6, 9)
 RADIUS = 9
 OFFSETS = slice(10, 10 + len(OFFSET_JOINTS))
-LASTING = OFFSETS.stop
-"""How many states say what is so: 27."""
-
 HAND = slice(27, 30)
 SEEN = slice(30, 36)
 SIZE = SEEN.stop

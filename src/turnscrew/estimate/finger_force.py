@@ -45,7 +45,6 @@ if TYPE_CHECKING:
     from turnscrew.robot.model import Fingertips
 
 K = len(FINGERS)
-DRIVEN_JOINTS = np.array([INDEX[name] for name in DRIVEN])
 MOST = max(len(finger_joints(finger)) for finger in FINGERS)
 
 _JOINTS = np.zeros((K, MOST), dtype=int)

@@ -52,7 +52,7 @@ VARIANTS = (
     Variant("(1)", "the tip put into the screw's drive, the camera's orientation"),
     Variant("(1)-(2)", "and fingertips and handle meet", _from_camera(Tolerances(eps2=NEVER, step=NEVER))),
     Variant("(1)-(4)", "and their tangent planes agree", _from_camera(Tolerances(step=NEVER))),
-    Variant("(1)-(5)", "and contacts move continuously: the paper's problem, on learned constants",
+    Variant("(1)-(5)", "and contacts stay near where rolling predicts them: the paper's problem, on learned constants",
             _from_camera(Tolerances())),
     Variant("(1)-(5) unlearned", "the paper's problem on uncorrected kinematics", _as_printed),
     Variant("MAP", "the filter: camera, tip and contacts weighed by their noise, over all frames"),

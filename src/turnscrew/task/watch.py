@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from turnscrew.geometry.euler import tilt
-from turnscrew.signals import Estimate, Fault, FaultKind, Goal, Measurement, Role
+from turnscrew.signals import Estimate, Fault, FaultKind, Goal, Measurement, Role, Vision
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class WatchState:
         unheld: Time with fewer than two fingertips in contact [s].
         unseen: Time since the last camera frame that gave a pose [s].
         seen: Whether there ever was one.
-        refused: Camera frames refused as outliers in a row.
+        refused: Camera frames in a row that were refused as outliers, or held no numbers.
         unread: Time for which a reading has not been a number [s].
         round: Rounds at the last tick.
         theta: Screw angle when the last round ended [rad].
@@ -55,7 +55,8 @@ class Watch:
         least_turn: A round that turns the screw by less has failed [rad]: half of what counts as a round's worth.
         unseen: Time without a camera pose after which the camera counts as lost [s]: 15 frames at 30 Hz, more than a
             finger takes to cross the view,
-        blind: after which the run cannot go on [s]: rolling odometry loses about 1 deg of yaw in a stroke of a second,
+        blind: after which the run cannot go on [s]: three rounds, of which rolling odometry loses about 1 deg of yaw
+            each, within the play of the blade in the slot,
         sightless: and the same before the first pose [s], when the robot has only been told where the tool is.
         refused: Camera frames refused in a row that make the pose suspect: one or two are outliers.
         unread: Longest time without a number from an encoder or force sensor [s]: five ticks.
@@ -83,14 +84,16 @@ class Watch:
         """One tick: the new state and the faults of this tick, those that end the run first."""
         held = int(estimate.touching.sum()) >= 2
         new_round = goal.round != state.round
-        got = measurement.vision is not None
+        frame = measurement.vision
+        got = frame is not None and legible(frame)
+        refused = estimate.frame == "refused" or (frame is not None and not got)
         following = WatchState(
             phase=goal.phase,
             in_phase=state.in_phase + dt if goal.phase == state.phase else 0.0,
             unheld=0.0 if held else state.unheld + dt,
             unseen=0.0 if got else state.unseen + dt,
             seen=state.seen or got,
-            refused=0 if estimate.frame == "taken" else state.refused + (estimate.frame == "refused"),
+            refused=0 if estimate.frame == "taken" else state.refused + refused,
             unread=0.0 if not unread(measurement) else state.unread + dt,
             round=goal.round,
             theta=estimate.theta if new_round else state.theta,
@@ -145,7 +148,10 @@ class Watch:
                 f"no pose from the camera for {state.unseen:.1f} s{_because(measurement.blind)}",
             )
         if state.refused >= self.refused:
-            yield FaultKind.POSE_SUSPECT, f"{state.refused} camera frames in a row contradict the contacts"
+            yield (
+                FaultKind.POSE_SUSPECT,
+                f"{state.refused} camera frames in a row contradict the contacts or hold none",
+            )
         elif state.unread > 0.0:
             yield FaultKind.POSE_SUSPECT, f"no number from {unread(measurement)}"
         if estimate.tip_slip >= 1.0:
@@ -162,6 +168,11 @@ def unread(measurement: Measurement) -> str:
     }
     # a sum is a number only if all are: a fifth of the time of looking at each
     return " and ".join(name for name, value in readings.items() if value is not None and not np.isfinite(value.sum()))
+
+
+def legible(frame: Vision) -> bool:
+    """Whether a camera frame holds numbers only."""
+    return bool(np.isfinite(frame.p_WT.sum() + frame.R_WT.sum() + frame.P.sum()))
 
 
 def _because(blind: str) -> str:
