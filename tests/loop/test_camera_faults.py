@@ -9,8 +9,8 @@ import pytest
 from rigs.faulty import dark, flipped, spoil_camera
 
 from turnscrew.signals import FaultKind, Vision
-from turnscrew.study.estimation import pose_error
 from turnscrew.task.fasten import Run
+from turnscrew.task.judge import pose_error
 from turnscrew.task.scenario import load
 
 SECONDS = 5.2

@@ -16,6 +16,7 @@ from turnscrew.geometry.rotations import log_so3
 from turnscrew.signals import Estimate
 from turnscrew.study.recording import Recording
 from turnscrew.study.variants import VARIANTS
+from turnscrew.task.judge import pose_error
 
 SETTLED = 1.0
 """Time after which the start is over [s]: thirty frames."""
@@ -155,14 +156,6 @@ def _pose(name: str, state: EstimatorState, estimate: Estimate) -> tuple[Array, 
     if name == "loop":
         return estimate.p_WT, estimate.R_WT
     return estimate.p_WT_refined, estimate.R_WT_refined
-
-
-def pose_error(p: Array, R: Array, p_true: Array, R_true: Array) -> tuple[float, float, float]:
-    """Distance of the tips [m], angle between the axes [rad], rotation about the true axis [rad]."""
-    if not (np.isfinite(p).all() and np.isfinite(R).all()):
-        return np.nan, np.nan, np.nan
-    turn = R_true.T @ log_so3(R @ R_true.T)
-    return float(np.linalg.norm(p - p_true)), float(np.hypot(turn[0], turn[1])), float(turn[2])
 
 
 def _nees(p: Array, R: Array, P: Array, p_true: Array, R_true: Array) -> float:

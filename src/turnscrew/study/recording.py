@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from turnscrew.decide.plan import GaitPlan
-from turnscrew.decide.plans import plan_for
 from turnscrew.estimate.estimator import ToolEstimator
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.geometry.rotations import exp_so3
@@ -23,7 +22,7 @@ from turnscrew.task.record import SCENARIO
 from turnscrew.task.scenario import load
 from turnscrew.task.scenario_keys import Scenario
 from turnscrew.task.signal_table import column, read_signals
-from turnscrew.task.start import Start, draw_start
+from turnscrew.task.start import Start, draw_start, plan_of
 from turnscrew.task.wiring import believed_inertia, build_cell, build_estimator, build_sensors, generators
 
 AGAIN = ("vision", "force", "sense")
@@ -120,10 +119,7 @@ def read(folder: Path, overrides: Sequence[str] = ()) -> Recording:
 
 def _start(scenario: Scenario, robot: RobotModel) -> tuple[Start, GaitPlan]:
     """Plan and start of a run, drawn as they were."""
-    tool = scenario.tool
-    plan = plan_for(
-        tool.handle.radius, length=tool.handle.length, middle=tool.contact_height, shaft_radius=tool.shaft_radius
-    )
+    plan = plan_of(scenario)
     return draw_start(scenario, plan, robot, generators(scenario.seed)["start"]), plan
 
 

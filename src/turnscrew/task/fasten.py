@@ -9,7 +9,6 @@ from time import perf_counter
 
 import numpy as np
 
-from turnscrew.decide.plans import plan_for
 from turnscrew.geometry.euler import tilt
 from turnscrew.geometry.rotations import exp_so3
 from turnscrew.plant.cell import Cell
@@ -20,7 +19,7 @@ from turnscrew.task.judge import Judge
 from turnscrew.task.loop import Loop, LoopState, Tick
 from turnscrew.task.record import Recorder
 from turnscrew.task.scenario_keys import Scenario
-from turnscrew.task.start import draw_start
+from turnscrew.task.start import draw_start, plan_of
 from turnscrew.task.summary import FaultEntry, Progress, Summary, versions
 from turnscrew.task.watch import Watch
 from turnscrew.task.wiring import build_blocks, build_cell, generators
@@ -65,14 +64,7 @@ class Run:
         """
         robot = RobotModel()
         streams = generators(scenario.seed)
-        tool = scenario.tool
-        plan = plan_for(
-            tool.handle.radius,
-            length=tool.handle.length,
-            middle=tool.contact_height,
-            shaft_radius=tool.shaft_radius,
-            progress=on_planning,
-        )
+        plan = plan_of(scenario, on_planning)
         start = draw_start(scenario, plan, robot, streams["start"])
         cell = build_cell(scenario, start, plan)
         if scenario.vision.source == "rendered":
@@ -118,6 +110,8 @@ def fasten(
 
     Raises:
         PlanError: no plan fits the handle.
+        CameraError: the camera's calibration or its markers cannot be used.
+        RenderError: pictures are wanted, and this machine cannot draw.
         RecordError: the folder cannot be written.
     """
     with Recorder(out, scenario) as recorder:

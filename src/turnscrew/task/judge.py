@@ -44,10 +44,22 @@ class Sample:
         return Spread(rms=float(np.sqrt(self.squares / self.count)), max=float(self.largest))
 
 
-def pose_errors(p_WT: Array, R_WT: Array, truth: Truth) -> tuple[float, float, float]:
-    """Distance of the tips [m], angle between the axes and rotation about the true axis [rad]."""
-    turn = truth.R_WT.T @ log_so3(R_WT @ truth.R_WT.T)
-    return float(np.linalg.norm(p_WT - truth.p_WT)), float(np.hypot(turn[0], turn[1])), float(turn[2])
+def pose_error(p_WT: Array, R_WT: Array, true_p_WT: Array, true_R_WT: Array) -> tuple[float, float, float]:
+    """How far a pose of the tool is from the true one.
+
+    Args:
+        p_WT: (3,) tip position in W [m]; not a number where there is none.
+        R_WT: (3, 3) orientation.
+        true_p_WT: (3,) true tip position in W [m].
+        true_R_WT: (3, 3) true orientation.
+
+    Returns:
+        Distance of the tips [m], angle between the axes and rotation about the true axis [rad].
+    """
+    if not (np.isfinite(p_WT).all() and np.isfinite(R_WT).all()):
+        return np.nan, np.nan, np.nan
+    turn = true_R_WT.T @ log_so3(R_WT @ true_R_WT.T)
+    return float(np.linalg.norm(p_WT - true_p_WT)), float(np.hypot(turn[0], turn[1])), float(turn[2])
 
 
 @dataclass
@@ -112,7 +124,7 @@ class Judge:
                 self._sample("force.direction", float(np.arccos(np.clip(f @ g / (size * other), -1.0, 1.0))))
 
     def _pose(self, name: str, p_WT: Array, R_WT: Array, truth: Truth) -> None:
-        position, lean, turn = pose_errors(p_WT, R_WT, truth)
+        position, lean, turn = pose_error(p_WT, R_WT, truth.p_WT, truth.R_WT)
         self._sample(f"{name}.position", position * 1e3)
         self._sample(f"{name}.tilt", np.degrees(lean))
         self._sample(f"{name}.yaw", np.degrees(turn))

@@ -5,12 +5,14 @@ What is drawn here is known to the plant alone; the robot believes in the scenar
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.random import Generator
 
 from turnscrew.decide.plan import ROLLING, GaitPlan
+from turnscrew.decide.plans import plan_for
 from turnscrew.errors import PlanError
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import exp_so3
@@ -43,6 +45,26 @@ class Start:
     p_WT: Array
     R_WT: Array
     believed_radius: float
+
+
+def plan_of(scenario: Scenario, on_planning: Callable[[str], None] | None = None) -> GaitPlan:
+    """The gait plan of a scenario's tool.
+
+    Args:
+        scenario: With the tool.
+        on_planning: Told in a line what the planner is doing, if there is anything to plan.
+
+    Raises:
+        PlanError: no plan fits the handle.
+    """
+    tool = scenario.tool
+    return plan_for(
+        tool.handle.radius,
+        length=tool.handle.length,
+        middle=tool.contact_height,
+        shaft_radius=tool.shaft_radius,
+        progress=on_planning,
+    )
 
 
 def draw_start(scenario: Scenario, plan: GaitPlan, robot: RobotModel, rng: Generator) -> Start:

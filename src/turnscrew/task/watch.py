@@ -150,7 +150,7 @@ class Watch:
         if state.refused >= self.refused:
             yield (
                 FaultKind.POSE_SUSPECT,
-                f"{state.refused} camera frames in a row contradict the contacts or hold none",
+                f"{state.refused} camera frames in a row fit no contacts or hold no pose",
             )
         elif state.unread > 0.0:
             yield FaultKind.POSE_SUSPECT, f"no number from {unread(measurement)}"
