@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from turnscrew.errors import ScenarioError
-from turnscrew.study import estimation_study
 from turnscrew.study.estimation import run
-from turnscrew.study.estimation_study import RESULTS, Case, cases, chosen, parts, study, write_results
+from turnscrew.study.estimation_study import RESULTS, Case, cases, chosen, parts, work, write_results
 from turnscrew.study.figures_of_merit import pose_figures, spread
+from turnscrew.study.parts import finish
 from turnscrew.study.recording import read
 from turnscrew.task.fasten import fasten
 from turnscrew.task.scenario import load
@@ -72,15 +72,13 @@ def test_variants_differ_as_they_should(folder: Path) -> None:
     assert len(wrench.F_s) == len(wrench.time)
 
 
-def test_study_takes_up_what_an_earlier_one_left(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_study_takes_up_what_an_earlier_one_left(folder: Path, tmp_path: Path) -> None:
     wanted = [Case("as recorded", ()), Case("sharp", ("vision.position_noise=0.001",), "noise", 1.0)]
     todo = parts([folder], wanted, ("camera",), tmp_path)
-    first = dict(study(todo[:1], jobs=1))
+    first = dict(finish(todo[:1], work, jobs=1))
     assert list(first) == todo[:1]
     worked = []
-    original = estimation_study.work
-    monkeypatch.setattr(estimation_study, "work", lambda part: worked.append(part) or original(part))
-    done = [figures for _, figures in study(todo, jobs=1)]
+    done = [figures for _, figures in finish(todo, lambda part: worked.append(part) or work(part), jobs=1)]
     assert worked == todo[1:]
     assert json.loads(todo[0].file.read_text()) == next(iter(first.values())) == done[0]
     assert write_results(done, tmp_path) == tmp_path / RESULTS

@@ -14,7 +14,8 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from turnscrew.study.estimation_study import Done, Part, load_traces, study, write_results
+from turnscrew.study.estimation_study import Part, load_traces, work, write_results
+from turnscrew.study.parts import Done, finish
 from turnscrew.study.variants import VARIANTS
 
 FIGURES = "figures"
@@ -37,7 +38,7 @@ def report(todo: Sequence[Part], jobs: int, out: Path, console: Console) -> None
     bar = Progress(TextColumn("estimating"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=console)
     with bar:
         task = bar.add_task("parts", total=len(todo))
-        for part, figures in study(todo, jobs):
+        for part, figures in finish(todo, work, jobs):
             done.append((part, figures))
             bar.advance(task)
     own = [(part, figures) for part, figures in done if not part.case.sweep]

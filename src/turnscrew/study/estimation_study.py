@@ -1,17 +1,11 @@
 """The study of estimation: many recorded runs, many ways to measure and to estimate them; killed, it resumes.
 
-Each finished part (a run under one way of measuring) is a file of its own in `parts/`; the same command takes what is
-there and does the rest.
+A part is a run under one way of measuring.
 """
 
 from __future__ import annotations
 
-import hashlib
-import json
-import multiprocessing
-import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import radians
 from pathlib import Path
@@ -19,16 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from turnscrew import __version__
 from turnscrew.errors import ScenarioError
 from turnscrew.study.estimation import Trace, WrenchTrace, run
 from turnscrew.study.figures_of_merit import pose_figures, wrench_figures
+from turnscrew.study.parts import Done, part_file, write_whole
 from turnscrew.study.recording import read
 from turnscrew.study.variants import VARIANTS
 from turnscrew.task.record import SUMMARY
 from turnscrew.task.signal_table import write_parquet
 
-PARTS = "parts"
 RESULTS = "estimation.parquet"
 AS_RECORDED = "as recorded"
 
@@ -73,9 +66,6 @@ class Part:
     file: Path
 
 
-Done = dict[str, Any]
-
-
 def cases(overrides: Sequence[str], *, noise: bool, distance: bool) -> list[Case]:
     """The ways of measuring: as recorded (or as overridden), and the sweeps that are asked for."""
     own = tuple(overrides)
@@ -96,14 +86,13 @@ def parts(folders: Sequence[Path], wanted: Sequence[Case], variants: tuple[str, 
     for folder in folders:
         stamp = (folder / SUMMARY).stat().st_mtime_ns if (folder / SUMMARY).is_file() else 0
         for case in wanted:
-            key = json.dumps([str(folder.resolve()), stamp, case.overrides, variants, __version__])
-            name = f"{folder.name}-{hashlib.sha256(key.encode()).hexdigest()[:12]}.json"
-            found.append(Part(folder, case, variants, out / PARTS / name))
+            file = part_file(out, folder.name, str(folder.resolve()), stamp, case.overrides, variants)
+            found.append(Part(folder, case, variants, file))
     return found
 
 
 def work(part: Part) -> Done:
-    """Estimates one part and writes its figures and traces.
+    """Estimates one part, writes its traces and returns its figures.
 
     Raises:
         RecordError: the run cannot be read.
@@ -118,34 +107,9 @@ def work(part: Part) -> Done:
         "pose": {trace.name: pose_figures(trace) for trace in traces},
         "wrench": wrench_figures(wrench),
     }
-    part.file.parent.mkdir(parents=True, exist_ok=True)
     if not part.case.sweep:
-        _whole(part.file.with_suffix(".npz"), lambda path: _save_traces(path, traces, wrench))
-    _whole(part.file, lambda path: path.write_text(json.dumps(done)))
+        write_whole(part.file.with_suffix(".npz"), lambda path: _save_traces(path, traces, wrench))
     return done
-
-
-def study(todo: Sequence[Part], jobs: int) -> Iterator[tuple[Part, Done]]:
-    """Parts as they are finished, those first that an earlier study has left.
-
-    Args:
-        todo: Units of work.
-        jobs: Processes at a time.
-    """
-    left = []
-    for part in todo:
-        if part.file.is_file():
-            yield part, json.loads(part.file.read_text())
-        else:
-            left.append(part)
-    if jobs == 1 or len(left) < 2:
-        yield from ((part, work(part)) for part in left)
-        return
-    # a fresh process: OpenGL's state does not survive a fork
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        under_way = {pool.submit(work, part): part for part in left}
-        for future in as_completed(under_way):
-            yield under_way[future], future.result()
 
 
 def write_results(done: Sequence[Done], out: Path) -> Path:
@@ -199,10 +163,3 @@ def _save_traces(path: Path, traces: Sequence[Trace], wrench: WrenchTrace) -> No
     arrays |= {f"wrench.{field}": getattr(wrench, field) for field in ("time", "F_s", "true", "held", "stiffness")}
     with path.open("wb") as file:
         np.savez(file, **arrays)
-
-
-def _whole(path: Path, fill: Callable[[Path], Any]) -> None:
-    """Writes aside, then renames: a file is there whole or not at all."""
-    aside = path.with_name(f".{path.name}.part")
-    fill(aside)
-    os.replace(aside, path)
