@@ -29,8 +29,8 @@ def recorded(fingers):
     block = ToolEstimator(ROBOT.fingertips, blurred.handle, blurred.p_WS, TipWrench(TOOL, 0.0005))
     state = block.init(blurred.measurements[0], blurred.p_WS, truths[0].R_WT)
     corrector, calls = Corrector(block.handle, block.filter, block.prior), []
-    for measurement in blurred.measurements[1:]:
-        state, _ = block.update(state, measurement, DT)
+    for measurement, motion in zip(blurred.measurements[1:], blurred.sent[1:], strict=True):
+        state, _ = block.update(state, measurement, motion, DT)
         touch = state.touch
         if measurement.vision is not None and touch.pressing.sum() == fingers:
             seen = state.trail.to_now(measurement.vision)
@@ -73,7 +73,8 @@ def test_a_tick_without_a_frame(benchmark):
     blurred = blur(truths, 0)
     block = ToolEstimator(ROBOT.fingertips, blurred.handle, blurred.p_WS, TipWrench(TOOL, 0.0005))
     state = block.init(blurred.measurements[0], blurred.p_WS, truths[0].R_WT)
-    measurement = next(m for m in blurred.measurements if m.time > 1.0 and m.vision is None)
-    for earlier in blurred.measurements[1:150]:
-        state, _ = block.update(state, earlier, DT)
-    benchmark.pedantic(lambda: block.update(state, measurement, DT), rounds=100, iterations=10, warmup_rounds=2)
+    calls = list(zip(blurred.measurements, blurred.sent, strict=True))
+    now = next(call for call in calls if call[0].time > 1.0 and call[0].vision is None)
+    for earlier in calls[1:150]:
+        state, _ = block.update(state, *earlier, DT)
+    benchmark.pedantic(lambda: block.update(state, *now, DT), rounds=100, iterations=10, warmup_rounds=2)

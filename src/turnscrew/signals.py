@@ -179,10 +179,12 @@ class Command:
     Attributes:
         q: (24,) position commands in encoder angles, in the order of `turnscrew.robot.joints.DRIVEN` [rad].
         saturated: (24,) which commands were held back by a joint range.
+        motion: (28,) by how much the joints should move until the next tick, loads as expected [rad].
     """
 
     q: Array
     saturated: Flags
+    motion: Array
 
 
 class FaultKind(StrEnum):

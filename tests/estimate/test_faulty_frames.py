@@ -25,9 +25,9 @@ def survive(rounds: int, share: float, seed: int) -> tuple[int, int]:
         blurred = blur(truths, seed + number)
         estimator = ToolEstimator(ROBOT.fingertips, blurred.handle, blurred.p_WS, TipWrench(TOOL, 0.0007))
         state = estimator.init(blurred.measurements[0], blurred.p_WS, np.eye(3))
-        for measurement in blurred.measurements:
+        for measurement, motion in zip(blurred.measurements, blurred.sent, strict=True):
             given = spoilt(measurement, rng) if rng.random() < share else measurement
-            state, estimate = estimator.update(state, given, DT)
+            state, estimate = estimator.update(state, given, motion, DT)
             ticks, frames = ticks + 1, frames + (given.vision is not None)
             assert estimate.status in STATUSES
             assert estimate.frame in FRAMES

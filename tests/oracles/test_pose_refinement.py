@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import casadi
@@ -13,22 +13,22 @@ from scipy.optimize import minimize
 from turnscrew.estimate import pose_problem as pose_problem_module
 from turnscrew.estimate.pose_chart import pose_chart
 from turnscrew.estimate.pose_ipopt import IPOPT_ANSWERS, IpoptSolver, ipopt
-from turnscrew.estimate.pose_problem import UNIT, PoseFrame, Tolerances, pose_problem
+from turnscrew.estimate.pose_problem import UNIT, Tolerances, pose_problem
 from turnscrew.estimate.pose_refine import Guess, PoseRefiner, RefinedPose, Refinement
 from turnscrew.estimate.pose_solution import BAD_DATA, Answer, PoseSolver
 from turnscrew.estimate.pose_sqp import SqpSolver
 from turnscrew.estimate.pose_sqp_status import SQP_ANSWERS
 from turnscrew.geometry.profiles import Capsule, Cylinder, barrel
-from turnscrew.geometry.rotations import exp_so3, log_so3, matrix_from_quaternion, quaternion_from_matrix
+from turnscrew.geometry.rotations import log_so3, matrix_from_quaternion, quaternion_from_matrix
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
+from turnscrew.study.random_grasps import RADII, TIP, aligning, drawn_grasp
+from turnscrew.study.random_grasps import Grasp as Case
 
 HANDLES: dict[str, SurfaceOfRevolution] = {
     "cylinder": Cylinder(0.018, 0.08, 0.2),
     "thin": Cylinder(0.010, 0.08, 0.2),
     "barrel": barrel(0.08, 0.2, 0.012, 0.018),
 }
-TIP = Capsule(0.00705, 0.024)
-RADII = np.array([0.00918, 0.00705, 0.00705, 0.00705])
 
 
 SOLVERS: dict[str, PoseSolver] = {"ipopt": IpoptSolver(), "sqp": SqpSolver()}
@@ -37,42 +37,8 @@ IPOPT = PoseRefiner(solver=IpoptSolver())
 ANSWERS = IPOPT_ANSWERS | {str(status): answer for status, answer in SQP_ANSWERS.items()}
 
 
-@dataclass(frozen=True)
-class Case:
-    """A grasp with known truth, and what was seen of it."""
-
-    p_WT: np.ndarray
-    R_WT: np.ndarray
-    xi: np.ndarray
-    uv: np.ndarray
-    frame: PoseFrame
-
-    def guess(self, multipliers: tuple[np.ndarray, np.ndarray] | None = None) -> Guess:
-        return Guess(self.p_WT, matrix_from_quaternion(self.frame.r_bar), self.frame.xi, self.uv, multipliers)
-
-
-def aligning(a: np.ndarray, b: np.ndarray, spin: float) -> np.ndarray:
-    """A rotation that takes the unit vector a to b."""
-    axis = np.cross(a, b)
-    turn = exp_so3(axis / np.linalg.norm(axis) * np.arccos(np.clip(a @ b, -1.0, 1.0)))
-    return exp_so3(spin * b) @ turn
-
-
 def grasp(handle: SurfaceOfRevolution, k: int, seed: int, noise: float = np.deg2rad(2.0)) -> Case:
-    rng = np.random.default_rng(seed)
-    R = exp_so3(np.array([*rng.normal(0.0, 0.02, 2), rng.uniform(-3.0, 3.0)]))
-    p = np.array([1.0, 0.0, 0.2]) + rng.normal(0.0, 0.01, 3)
-    xi = np.column_stack([np.arange(k) * np.pi + rng.normal(0.0, 0.2, k), 0.14 + rng.normal(0.0, 0.008, k)])
-    uv = np.column_stack([rng.uniform(-2.0, 2.0, k), rng.uniform(-0.6, 0.8, k)])
-    p_F, R_F = np.zeros((k, 3)), np.zeros((k, 3, 3))
-    for i in range(k):
-        tip = Capsule(RADII[i], TIP.length * RADII[i] / TIP.radius)
-        R_F[i] = aligning(tip.normal(*uv[i]), -R @ handle.normal(*xi[i]), rng.uniform(-1.0, 1.0))
-        p_F[i] = p + R @ handle.point(*xi[i]) - R_F[i] @ tip.point(*uv[i])
-    seen = quaternion_from_matrix(exp_so3(rng.normal(0.0, noise, 3)) @ R)
-    predicted = xi + rng.normal(0.0, 0.003, (k, 2)) * [1.0, UNIT]
-    frame = PoseFrame(p + rng.normal(0.0, 1e-4, 3), seen, p_F, R_F, RADII[:k], 0.0, predicted)
-    return Case(p, R, xi, uv, frame)
+    return drawn_grasp(handle, k, np.random.default_rng(seed), noise)
 
 
 def second_opinion(handle: SurfaceOfRevolution, case: Case, tolerances: Tolerances) -> tuple[float, np.ndarray]:

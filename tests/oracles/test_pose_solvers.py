@@ -20,6 +20,7 @@ from turnscrew.estimate.pose_sqp_status import QP_FLAGS, SQP_ANSWERS, SqpStatus
 from turnscrew.geometry.profiles import Capsule, Cylinder, TurnedHandle, barrel, tapered
 from turnscrew.geometry.rotations import exp_so3, matrix_from_quaternion
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
+from turnscrew.study.solvers import REACHED
 
 FAMILY: dict[str, SurfaceOfRevolution] = {
     "cylinder": Cylinder(0.018, 0.08, 0.2),
@@ -32,10 +33,6 @@ FAMILY: dict[str, SurfaceOfRevolution] = {
 }
 CYLINDER = FAMILY["cylinder"]
 TOLERANCES = Tolerances()
-
-REACHED = 1e-6
-"""How far from IPOPT's (r . rbar)^2 counts as there: its own "acceptable" tolerance.  It itself stops 3e-8 short of the
-optimum, and of two corners of a contact's box that differ by less the problem does not tell which is better."""
 
 
 def start(problem: PoseProblem, case: Case, seed: int) -> np.ndarray:

@@ -13,19 +13,19 @@ from functools import cache
 import numpy as np
 from rigs.plants import Still
 
-from turnscrew.estimate.filter_state import OFFSET_COLUMNS, FilterState, Prior
+from turnscrew.estimate.filter_state import Prior
 from turnscrew.estimate.tool_filter import ToolFilter
-from turnscrew.estimate.trail import Pose, Seen
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.closest import ClosestPoints, closest_points
 from turnscrew.geometry.profiles import Capsule, Cylinder
-from turnscrew.geometry.rotations import exp_so3, log_so3
+from turnscrew.geometry.rotations import exp_so3
 from turnscrew.robot.joints import COUPLED, FINGERS, HAND_FINGERS, INDEX, JOINTS
 from turnscrew.robot.model import Fingertips, RobotModel, driven_jacobian
 from turnscrew.sense.encoders import Encoders
 from turnscrew.sense.fingertip_force import FingertipForce
 from turnscrew.sense.vision import NoisyTruthVision
 from turnscrew.signals import Measurement
+from turnscrew.study.random_corrections import Grip, Instance, drawn_corrections
 
 DT = 0.005
 RADIUS = 0.018
@@ -214,9 +214,10 @@ class Noise:
 
 @dataclass(frozen=True)
 class Blurred:
-    """What the robot gets: measurements, and its wrong beliefs."""
+    """What the robot gets: measurements, what its joints were told before each, and its wrong beliefs."""
 
     measurements: tuple[Measurement, ...]
+    sent: Array
     p_WS: Array
     handle: Cylinder
     b_W: Array
@@ -239,72 +240,15 @@ def blur(truths: tuple[Truth, ...], seed: int, noise: Noise | None = None) -> Bl
         camera, frame, _ = noise.vision.update(camera, plant)
         out.append(Measurement(truth.time, q, v, f_F, None, frame, ""))
     handle = replace(HANDLE, radius=RADIUS - radius_error)
-    return Blurred(tuple(out), P_WS - b, handle, b, radius_error, encoders.offset)
-
-
-@dataclass(frozen=True)
-class Instance:
-    """One correction to make: a belief drawn from the prior and what the sensors say, with the truth of both."""
-
-    handle: Cylinder
-    state: FilterState
-    seen: Seen
-    p_WS: Array
-    tips: Fingertips
-    touching: Array
-    force: Array
-    truth: Truth
-    b_W: Array
-    radius_error: float
-    offset: Array
-
-    def missed(self, state: FilterState) -> Array:
-        """(27,) errors that a state still has: true less estimated."""
-        return np.concatenate(
-            [
-                log_so3(self.truth.R_WT @ state.R_WT.T),
-                self.truth.p_WT - state.p_WT,
-                self.b_W - state.b_W,
-                [self.radius_error - state.radius_error],
-                self.offset[OFFSET_COLUMNS] - state.offset,
-            ]
-        )
+    q = np.array([truth.q for truth in truths])
+    sent = np.diff(q, axis=0, prepend=q[:1])
+    return Blurred(tuple(out), sent, P_WS - b, handle, b, radius_error, encoders.offset)
 
 
 def instances(truth: Truth, rng: np.random.Generator, filter_: ToolFilter, prior: Prior, n: int) -> Iterator[Instance]:
-    """States drawn from the prior, measurements with the filter's noise; 5 mm / 3 deg for the camera."""
-    tips, force = ROBOT.fingertips(truth.q), np.linalg.norm(truth.f_F, axis=1)
-    held = np.flatnonzero(force)
-    depth = filter_.indentation * force[held]
-    normals, sunk, sigma = np.empty((len(held), 3)), np.empty(len(held)), np.empty(len(held))
-    for row, i in enumerate(held):
-        point = contact(tips, int(i), truth.p_WT, truth.R_WT)
-        moves = np.concatenate([point.n_W, np.cross(point.tip_W - tips.p_WF[i], point.n_W)]) @ tips.J[i]
-        parts = (filter_.contact, filter_.indentation_error * depth[row], *(filter_.encoder * moves[OFFSET_COLUMNS]))
-        normals[row], sunk[row], sigma[row] = point.n_W, -point.gap - depth[row], np.linalg.norm(parts)
-    position, rotation = 0.005, np.deg2rad(3.0)
-    for _ in range(n):
-        offset = np.zeros(len(JOINTS))
-        offset[OFFSET_COLUMNS] = rng.normal(0.0, prior.offset, len(OFFSET_COLUMNS))
-        b, radius_error = rng.normal(size=3) * prior.screw, float(rng.normal() * prior.radius)
-        read = ROBOT.fingertips(truth.q + offset)
-        p_WF = read.p_WF + rng.normal(0.0, prior.hand, 3)
-        p_WF[held] += normals * (sunk + rng.normal(size=len(held)) * sigma)[:, None]
-        believed = exp_so3(rng.normal(0.0, prior.rotation, 3)).T @ truth.R_WT
-        pose = Pose(truth.p_WT + rng.normal(0.0, position, 3), exp_so3(rng.normal(0.0, rotation, 3)) @ truth.R_WT)
-        yield Instance(
-            handle=replace(HANDLE, radius=RADIUS - radius_error),
-            state=prior.state(truth.p_WT - rng.normal(0.0, prior.tip, 3), believed, truth.q + offset),
-            seen=Seen(pose, np.diag([position**2] * 3 + [rotation**2] * 3)),
-            p_WS=truth.p_WT - b + rng.normal(0.0, filter_.tip, 3),
-            tips=replace(read, p_WF=p_WF),
-            touching=force > 0.0,
-            force=force,
-            truth=truth,
-            b_W=b,
-            radius_error=radius_error,
-            offset=offset,
-        )
+    """Corrections to make while the tool is held as in this truth."""
+    grip = Grip(truth.q, truth.p_WT, truth.R_WT, np.linalg.norm(truth.f_F, axis=1), HANDLE)
+    return drawn_corrections(grip, ROBOT, rng, filter_, prior, n)
 
 
 def _skew(a: Array) -> Array:

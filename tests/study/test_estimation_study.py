@@ -31,8 +31,8 @@ def test_run_is_estimated_again_to_the_last_bit(folder: Path) -> None:
     recording = read(folder)
     state = recording.estimator.init(recording.measurements[0], recording.p_WT, recording.R_WT)
     again = []
-    for measurement in recording.measurements:
-        state, estimate = recording.estimator.update(state, measurement, recording.dt)
+    for measurement, motion in zip(recording.measurements, recording.sent, strict=True):
+        state, estimate = recording.estimator.update(state, measurement, motion, recording.dt)
         again.append(estimate.p_WT)
     np.testing.assert_array_equal(np.array(again), column(read_signals(folder), "estimate.p_WT", 3))
 

@@ -90,7 +90,7 @@ class PositionAdapter:
             rest = goal.q_guide[joints] + offset[joints] - q[joints]
             q[joints] += dt * self._inverse(J_c[:, joints], slack, self.guide * rest)
             bend += effort.f_W[row] @ J_c
-        return self._limit(q, bend)
+        return self._limit(state, q, bend)
 
     def _contact_motion(
         self, row: int, effort: Effort, estimate: Estimate, tips: Fingertips, J: Array
@@ -120,7 +120,7 @@ class PositionAdapter:
             return np.asarray(J.T @ weights[:, 0])
         return np.asarray(J.T @ (weights[:, 0] - weights[:, 1]) + rest)
 
-    def _limit(self, q: Array, bend: Array) -> tuple[Array, Command]:
+    def _limit(self, before: Array, q: Array, bend: Array) -> tuple[Array, Command]:
         """Adds the servos' bending under load, and keeps all within the joint ranges."""
         limits = self.robot.limits
         q = np.clip(q, limits[:, 0] + self.margin, limits[:, 1] - self.margin)
@@ -129,4 +129,4 @@ class PositionAdapter:
             bend[INDEX[leader]] += bend[INDEX[follower]]
         wanted = q[DRIVEN_INDEX] + bend[DRIVEN_INDEX] / stiffness_vector()
         low, high = limits[DRIVEN_INDEX].T
-        return q, Command(np.clip(wanted, low, high), (wanted < low) | (wanted > high))
+        return q, Command(np.clip(wanted, low, high), (wanted < low) | (wanted > high), q - before)

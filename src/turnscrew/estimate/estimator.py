@@ -16,24 +16,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from time import thread_time
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from turnscrew.contact.grasp import grasp_matrix
-from turnscrew.estimate.arm_smoothing import ArmSmoother
 from turnscrew.estimate.contacts import TouchDetector
 from turnscrew.estimate.correction import Corrector
 from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.estimate.filter_state import FilterState, Prior, pose_covariance
 from turnscrew.estimate.finger_force import FingerForceState, ForceFromTorque
 from turnscrew.estimate.handle_contacts import HandleContacts, capsules_of, handle_contacts
+from turnscrew.estimate.joint_smoothing import JointSmoother
 from turnscrew.estimate.odometry import RollingOdometry
 from turnscrew.estimate.pose_refine import PoseRefiner, Refinement
 from turnscrew.estimate.readings import filled, is_pose
 from turnscrew.estimate.refine_step import refine
 from turnscrew.estimate.screw_angle import ScrewAngle
-from turnscrew.estimate.tilt_smoothing import TiltSmoother
 from turnscrew.estimate.tip_slip import SlipState, TipSlip
 from turnscrew.estimate.tip_wrench import TipWrench
 from turnscrew.estimate.tool_filter import ToolFilter
@@ -87,10 +87,9 @@ class ToolEstimator:
         forces: Fingertip forces from the drives' torques; None for a hand with sensors in its fingertips.
         reach: Distance from the handle beyond which a fingertip cannot touch it [m]: three sigmas of joint offsets
             (.57 deg) and hand-to-screw calibration (2 mm) together.
-        arm: Smoother of the arm's readings.
+        joints: Smoother of the joints' readings.
         touch: Touch detector.
         odometry: Rolling odometry.
-        tilt: Smoother of the tilt that it tells.
         filter: Noise of the filter.
         prior: Its doubt at the start.
         refiner: III-A, or None where the filter's pose is handed on as it is.
@@ -108,10 +107,9 @@ class ToolEstimator:
     wrench: TipWrench
     forces: ForceFromTorque | None = None
     reach: float = 0.006
-    arm: ArmSmoother = field(default_factory=ArmSmoother)
+    joints: JointSmoother = field(default_factory=JointSmoother)
     touch: TouchDetector = field(default_factory=TouchDetector)
     odometry: RollingOdometry = field(default_factory=RollingOdometry)
-    tilt: TiltSmoother = field(default_factory=TiltSmoother)
     filter: ToolFilter = field(default_factory=ToolFilter)
     prior: Prior = field(default_factory=Prior)
     refiner: PoseRefiner | None = field(default_factory=PoseRefiner)
@@ -135,18 +133,18 @@ class ToolEstimator:
         capsules = capsules_of(tips)
         return EstimatorState(
             read=measurement,
-            arm=self.arm.init(measurement.q),
+            joints=self.joints.init(measurement.q),
             filter=filtered,
             gauged=None if self.forces is None else self.forces.init(),
             f_F=np.zeros((len(FINGERS), 3)),
             touch=self.touch.init(),
             tips=tips,
             capsules=capsules,
-            tilt=self.tilt.init(),
             contacts=self._contacts(filtered, tips, capsules),
             trail=Trail().extended(measurement.time, np.zeros(3), np.zeros(3)),
             since_correction=0.0,
             correction=None,
+            correction_time=0.0,
             refined=None,
             seen=NO_DATA,
             polished=NO_DATA,
@@ -157,22 +155,25 @@ class ToolEstimator:
             slip=self.slip.init(),
         )
 
-    def update(self, state: EstimatorState, measurement: Measurement, dt: float) -> tuple[EstimatorState, Estimate]:
+    def update(
+        self, state: EstimatorState, measurement: Measurement, motion: Array, dt: float
+    ) -> tuple[EstimatorState, Estimate]:
         """One tick.
 
         Args:
             state: Of the last tick.
             measurement: Now.
-            dt: Time since the last tick [s].
+            motion: (28,) by how much the joints were told to move since the last tick [rad].
+            dt: Time since then [s].
 
         Returns:
             The new state and the estimate.
         """
         measurement = filled(measurement, state.read)
         state = replace(state, read=measurement)
-        arm, q, v = self.arm.update(state.arm, measurement.q, measurement.v, dt)
+        joints, q, v = self.joints.update(state.joints, measurement.q, measurement.v, motion, dt)
         measurement = replace(measurement, q=q, v=v)
-        state, rolled = self._predict(replace(state, arm=arm), measurement, dt)
+        state, rolled = self._predict(replace(state, joints=joints), measurement, dt)
         if measurement.vision is not None or state.since_correction >= self.correction_period:
             state = self._correct(state, measurement)
         state = replace(state, angle=self.angle.update(state.angle, yaw(state.filter.R_WT), rolled, dt))
@@ -189,8 +190,7 @@ class ToolEstimator:
         touch = self.touch.update(state.touch, f_F, tips.R_WF, dt)
         weight = np.where(touch.touching, touch.level, 0.0)
         rolled = self.odometry.increment(state.tips, tips, state.contacts.tip_W, weight, f.p_WT, f.R_WT)
-        tilt, dtheta = self.tilt.update(state.tilt, rolled.dtheta, f.R_WT, dt)
-        rolled = rolled._replace(dtheta=dtheta)
+        dtheta = rolled.dtheta
         spin = float(f.R_WT[:, 2] @ dtheta)
         # The tip follows the screw along its thread.
         dp = self.wrench.advance(spin) * f.R_WT[:, 2]
@@ -204,7 +204,6 @@ class ToolEstimator:
             f_F=f_F,
             touch=touch,
             tips=tips,
-            tilt=tilt,
             contacts=self._contacts(f, tips, state.capsules),
             trail=state.trail.extended(measurement.time, dtheta, dp),
             since_correction=state.since_correction + dt,
@@ -239,15 +238,17 @@ class ToolEstimator:
         said = self._screw(state)
         corrector = Corrector(self.handle, self.filter, self.prior)
         refused = state.correction.refused if state.correction is not None else 0
-        touch = state.touch
+        touch, began = state.touch, thread_time()
         done = corrector.apply(
             state.filter, seen, said, state.tips, state.capsules, touch.pressing, touch.level, refused
         )
+        took = thread_time() - began
         tips = self.fingertips(measurement.q - done.state.joint_offset())
         state = replace(
             state,
             filter=done.state,
             correction=done,
+            correction_time=took,
             since_correction=0.0,
             tips=tips,
             contacts=self._contacts(done.state, tips, state.capsules),

@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from turnscrew.estimate.arm_smoothing import ArmState
 from turnscrew.estimate.contacts import TouchState
 from turnscrew.estimate.correction import Correction
 from turnscrew.estimate.filter_state import FilterState
 from turnscrew.estimate.finger_force import FingerForceState
 from turnscrew.estimate.handle_contacts import HandleContacts
+from turnscrew.estimate.joint_smoothing import JointState
 from turnscrew.estimate.refine_step import Refined
 from turnscrew.estimate.screw_angle import AngleState
-from turnscrew.estimate.tilt_smoothing import TiltState
 from turnscrew.estimate.tip_slip import SlipState
 from turnscrew.estimate.tip_wrench import WrenchState
 from turnscrew.estimate.trail import Pose, Trail
@@ -31,18 +30,18 @@ class EstimatorState:
 
     Attributes:
         read: The last measurement, with numbers only.
-        arm: Smoothed joints of arm and wrist.
+        joints: Smoothed joints.
         filter: Tool, screw, radius and offsets.
         gauged: The gauges' last readings; None for a hand with sensors in its fingertips.
         f_F: (5, 3) force of each fingertip now, in its frame F, not low-passed [N].
         touch: Touch flags and low-passed forces.
         tips: Fingertips at the last tick, with the present offsets removed.
         capsules: Their patches.
-        tilt: Smoothed odometry of the tilt.
         contacts: Closest points there.
         trail: The last moments of odometry.
         since_correction: Time since the filter was last corrected [s].
         correction: What the last correction did, None before the first.
+        correction_time: Processor time that it took [s].
         refined: The last refinement, None before the first.
         seen: The camera's last pose, carried along by odometry; NaN before the first.
         polished: III-A's last pose, likewise.
@@ -54,18 +53,18 @@ class EstimatorState:
     """
 
     read: Measurement
-    arm: ArmState
+    joints: JointState
     filter: FilterState
     gauged: FingerForceState | None
     f_F: Array
     touch: TouchState
     tips: Fingertips
     capsules: tuple[Capsule, ...]
-    tilt: TiltState
     contacts: HandleContacts
     trail: Trail
     since_correction: float
     correction: Correction | None
+    correction_time: float
     refined: Refined | None
     seen: Pose
     polished: Pose

@@ -13,7 +13,7 @@ Paper: no counterpart; the paper feeds (6) with uncorrected kinematics.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import exp, sqrt
+from math import exp, sqrt, tanh
 
 import numpy as np
 
@@ -34,14 +34,7 @@ from turnscrew.estimate.trail import Seen
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.closest import ClosestPoints
 from turnscrew.geometry.rotations import exp_so3, log_so3, skew
-
-_CORRELATION = 0.8
-"""Correlation time of the noise that a critically damped g-h filter leaves, over its time constant: found by trial, an
-exponential through .56 at half a time constant and .22 at one."""
-
-_LEFT = 1.25
-"""Share of a reading's variance that the same filter leaves, over tick / time constant: (2 g^2 + 2 h - 3 g h) /
-(g (4 - 2 g - h)) for short ticks (Benedict and Bordner)."""
+from turnscrew.robot.joints import ARM, WRIST
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +43,8 @@ class ToolFilter:
 
     Attributes:
         encoder: Noise of a joint reading [rad].
-        arm_time: Time constant with which the arm's and the wrist's readings are smoothed [s].
+        arm_time: Time constant with which the arm's readings are smoothed [s],
+        wrist_time: and the wrist's, whose noise is counted as if it lasted as long as the arm's.
         tip: Of the tip about the drive's bottom centre [m]: play of the blade in the slot.
         indentation: By how much a fingertip sinks in [m/N]: .1 mm at 5 N, a firm rubber skin on a hard handle,
         indentation_error: and the relative error of that: a force that is known to 25 %, and a skin as well.
@@ -78,7 +72,8 @@ class ToolFilter:
     """
 
     encoder: float = np.deg2rad(0.05)
-    arm_time: float = 0.25
+    arm_time: float = 1.5
+    wrist_time: float = 0.5
     tip: float = 0.0003
     indentation: float = 2e-5
     indentation_error: float = 0.35
@@ -121,7 +116,7 @@ class ToolFilter:
             gripped: Whether two fingers or more touch.
             dt: [s].
         """
-        G, keep = rolled.per_shift, exp(-dt / (_CORRELATION * self.arm_time))
+        G, keep = rolled.per_shift, exp(-dt / self.arm_time)
         swept = G @ skew(rolled.dtheta)
         by_hand = (1.0 - keep) * G + swept
         turn = exp_so3(rolled.dtheta + by_hand @ state.hand_W)
@@ -130,9 +125,8 @@ class ToolFilter:
         F[THETA, OFFSETS], F[THETA, HAND] = -rolled.per_offset, by_hand
         F.flat[_HAND_DIAGONAL] = keep
         P = F @ state.P @ F.T
-        kick = np.vstack([-G, _EYE[:3, :3]]) @ reach
-        left = (1.0 - keep * keep) * _LEFT * dt / self.arm_time * self.encoder**2
-        P[_SWAY_GRID] += left * (kick @ kick.T)
+        kick = np.vstack([-G, _EYE[:3, :3]]) @ (self._left(dt) * reach)
+        P[_SWAY_GRID] += (1.0 - keep * keep) * (kick @ kick.T)
         noise = np.zeros(SIZE)
         noise[THETA] = dt * (self.tilt_drift if gripped else self.free_drift) ** 2
         noise[TIP] = dt * self.tip_drift**2
@@ -150,6 +144,11 @@ class ToolFilter:
             blind=state.blind + dt,
             P=P,
         )
+
+    def _left(self, dt: float) -> Array:
+        """(6,) noise that smoothing leaves of the readings of arm and wrist [rad]."""
+        arm, wrist = (sqrt(tanh(0.5 * dt / time)) for time in (self.arm_time, self.wrist_time))
+        return self.encoder * np.array([arm] * len(ARM) + [wrist] * len(WRIST))
 
     def lasting(self, state: FilterState, P_frame: Array) -> FilterState:
         """The camera's lasting error moved on to a new frame: a share `common` of its covariance P_frame (6, 6)."""

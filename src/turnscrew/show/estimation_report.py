@@ -11,11 +11,11 @@ from typing import Any
 from rich.box import SIMPLE
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from turnscrew.show.parts_progress import gather
 from turnscrew.study.estimation_study import Part, load_traces, work, write_results
-from turnscrew.study.parts import Done, finish
+from turnscrew.study.parts import Done
 from turnscrew.study.variants import VARIANTS
 
 FIGURES = "figures"
@@ -34,13 +34,7 @@ def report(todo: Sequence[Part], jobs: int, out: Path, console: Console) -> None
     Raises:
         RecordError: a run cannot be read.
     """
-    done: list[tuple[Part, Done]] = []
-    bar = Progress(TextColumn("estimating"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), console=console)
-    with bar:
-        task = bar.add_task("parts", total=len(todo))
-        for part, figures in finish(todo, work, jobs):
-            done.append((part, figures))
-            bar.advance(task)
+    done = gather(todo, work, jobs, console, "estimating")
     own = [(part, figures) for part, figures in done if not part.case.sweep]
     console.print(pose_table([figures for _, figures in own]))
     console.print(wrench_table([figures for _, figures in own]))

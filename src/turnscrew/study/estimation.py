@@ -101,9 +101,9 @@ Step = tuple[EstimatorState, Estimate, float]
 def _estimates(recording: Recording, estimator: ToolEstimator) -> Iterator[Step]:
     """State and estimate after each tick, and the wall time of the tick."""
     state = estimator.init(recording.measurements[0], recording.p_WT, recording.R_WT)
-    for measurement in recording.measurements:
+    for measurement, motion in zip(recording.measurements, recording.sent, strict=True):
         began = perf_counter()
-        state, estimate = estimator.update(state, measurement, recording.dt)
+        state, estimate = estimator.update(state, measurement, motion, recording.dt)
         yield state, estimate, perf_counter() - began
 
 

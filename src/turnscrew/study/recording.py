@@ -58,6 +58,7 @@ class Recording:
         name: Of its folder.
         scenario: It was made with, overrides on top.
         measurements: Of each tick.
+        sent: (n, 28) motion that the joints were told to make before each [rad].
         truth: Beside them.
         estimator: As the loop had it, with what the robot was told.
         p_WT: (3,) where the robot believed the tip to be at the start, in W [m].
@@ -67,6 +68,7 @@ class Recording:
     name: str
     scenario: Scenario
     measurements: tuple[Measurement, ...]
+    sent: Array
     truth: Truth
     estimator: ToolEstimator
     p_WT: Array
@@ -110,6 +112,7 @@ def read(folder: Path, overrides: Sequence[str] = ()) -> Recording:
         name=folder.name,
         scenario=scenario,
         measurements=measurements,
+        sent=_sent(columns),
         truth=truth,
         estimator=build_estimator(scenario, plan, robot, inertia, start.believed_radius),
         p_WT=plan.p_WS,
@@ -133,6 +136,12 @@ def _truth(columns: Mapping[str, np.ndarray]) -> Truth:
         held=touching.sum(axis=1) >= 2,
         turning=column(columns, "goal.turn_rate") != 0.0,
     )
+
+
+def _sent(columns: Mapping[str, np.ndarray]) -> Array:
+    """What had been sent when each tick's measurement was taken: nothing before the first."""
+    motion = column(columns, "command.motion", len(JOINTS))
+    return np.concatenate([np.zeros((1, len(JOINTS))), motion[:-1]])
 
 
 def _recorded(columns: Mapping[str, np.ndarray]) -> tuple[Measurement, ...]:

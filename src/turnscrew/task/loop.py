@@ -5,21 +5,26 @@ from __future__ import annotations
 from copy import deepcopy
 from dataclasses import dataclass
 
+import numpy as np
+
 from turnscrew.actuate.position import DRIVEN_INDEX
 from turnscrew.control.controller import ControllerState
 from turnscrew.decide.gait import GaitState
 from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.geometry.arrays import Array
 from turnscrew.plant.cell import Cell
+from turnscrew.robot.joints import JOINTS
 from turnscrew.sense.sensors import SensorState
 from turnscrew.signals import Command, Effort, Estimate, Fault, Goal, Measurement
 from turnscrew.task.watch import Watch, WatchState
 from turnscrew.task.wiring import Blocks
 
+STILL = np.zeros(len(JOINTS))
+
 
 @dataclass(frozen=True, slots=True)
 class LoopState:
-    """States of all blocks between two ticks."""
+    """States of all blocks between two ticks; and `sent` (28,), the motion that the joints were told to make [rad]."""
 
     sensors: SensorState
     estimator: EstimatorState
@@ -27,6 +32,7 @@ class LoopState:
     gait: GaitState
     controller: ControllerState
     adapter: Array
+    sent: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +73,7 @@ class Loop:
         # only a look: the first tick reads the very same again, so neither clocks nor random streams may move
         _, measurement = self._sense(deepcopy(sensors), plant)
         estimator = self.blocks.estimator.init(measurement, p_WT, R_WT)
-        _, estimate = self.blocks.estimator.update(estimator, measurement, self.dt)
+        _, estimate = self.blocks.estimator.update(estimator, measurement, STILL, self.dt)
         return LoopState(
             sensors=sensors,
             estimator=estimator,
@@ -75,20 +81,21 @@ class Loop:
             gait=self.blocks.gait.init(),
             controller=self.blocks.controller.init(estimate),
             adapter=self.blocks.adapter.init(estimate.q + estimate.offset),
+            sent=STILL,
         )
 
     def tick(self, state: LoopState, plant: Cell) -> tuple[LoopState, Tick]:
         """One turn of the loop, up to the command that is written to the plant."""
         blocks, dt = self.blocks, self.dt
         sensors, measurement = self._sense(state.sensors, plant)
-        estimator, estimate = blocks.estimator.update(state.estimator, measurement, dt)
+        estimator, estimate = blocks.estimator.update(state.estimator, measurement, state.sent, dt)
         gait, goal = blocks.gait.update(state.gait, estimate, dt)
         watch, faults = self.watch.update(state.watch, measurement, estimate, goal, dt)
         controller, effort = blocks.controller.update(state.controller, goal, estimate, dt)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, dt)
         # the servos close their loops on the encoders, whose zeros are off by what only the plant knows
         plant.write(command.q - sensors.encoders.offset[DRIVEN_INDEX])
-        following = LoopState(sensors, estimator, watch, gait, controller, adapter)
+        following = LoopState(sensors, estimator, watch, gait, controller, adapter, command.motion)
         return following, Tick(measurement, estimate, faults, goal, effort, command)
 
     def _sense(self, state: SensorState, plant: Cell) -> tuple[SensorState, Measurement]:

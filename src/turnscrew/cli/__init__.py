@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from turnscrew import __version__
+from turnscrew.cli.study import study_app
 from turnscrew.errors import TurnscrewError
 
 if TYPE_CHECKING:
@@ -34,7 +35,6 @@ app = typer.Typer(
 FileArgument = Annotated[Path | None, typer.Argument(metavar="[SCENARIO.toml]", help="Scenario; defaults without.")]
 SetOption = Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a key; repeatable.")]
 SeedOption = Annotated[int | None, typer.Option("--seed", help="Seed of all that is random.")]
-study_app = typer.Typer(help="Questions put to many runs.", no_args_is_help=True)
 app.add_typer(study_app, name="study")
 
 FolderArgument = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")]
@@ -246,35 +246,6 @@ def see(
         print(as_record(frame) if as_json else as_line(frame), flush=True)
         told = told or frame.vision is not None
     return 0 if told else 1
-
-
-@study_app.command()
-def estimation(
-    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Folders of runs.")],
-    overrides: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Measure the runs again with other sensors; repeatable."),
-    ] = None,
-    variants: Annotated[
-        list[str] | None, typer.Option("--variant", help="Estimate by this one only; repeatable. All without.")
-    ] = None,
-    noise: Annotated[bool, typer.Option("--noise", help="Also against the synthetic camera's noise.")] = False,
-    distance: Annotated[bool, typer.Option("--distance", help="Also against the rendered camera's distance.")] = False,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes at a time.")] = 1,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where tables and plots go.")] = Path("runs/study"),
-) -> int:
-    """Estimate recorded runs again, by each part of the method, and compare with the truth."""
-    from rich.console import Console
-
-    from turnscrew.show.estimation_report import report
-    from turnscrew.study.estimation_study import cases, chosen, parts
-
-    todo = parts(runs, cases(overrides or [], noise=noise, distance=distance), chosen(variants), out)
-    # the table is wider than a narrow terminal: better its lines break than its cells
-    console = Console()
-    console.width = max(console.width, 150)
-    report(todo, jobs, out, console)
-    return 0
 
 
 @app.command()

@@ -1,0 +1,69 @@
+"""The commands `turnscrew study ...`: questions put to many runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+study_app = typer.Typer(help="Questions put to many runs.", no_args_is_help=True)
+
+JobsOption = Annotated[int, typer.Option("--jobs", min=1, help="Processes at a time.")]
+TablesOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="Where tables and plots go.")]
+
+
+@study_app.command()
+def estimation(
+    runs: Annotated[list[Path], typer.Argument(metavar="RUN...", help="Folders of runs.")],
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Measure the runs again with other sensors; repeatable."),
+    ] = None,
+    variants: Annotated[
+        list[str] | None, typer.Option("--variant", help="Estimate by this one only; repeatable. All without.")
+    ] = None,
+    noise: Annotated[bool, typer.Option("--noise", help="Also against the synthetic camera's noise.")] = False,
+    distance: Annotated[bool, typer.Option("--distance", help="Also against the rendered camera's distance.")] = False,
+    jobs: JobsOption = 1,
+    out: TablesOption = Path("runs/study"),
+) -> int:
+    """Estimate recorded runs again, by each part of the method, and compare with the truth."""
+    from turnscrew.show.estimation_report import report
+    from turnscrew.study.estimation_study import cases, chosen, parts
+
+    todo = parts(runs, cases(overrides or [], noise=noise, distance=distance), chosen(variants), out)
+    report(todo, jobs, out, _console())
+    return 0
+
+
+@study_app.command()
+def solvers(
+    runs: Annotated[
+        list[Path] | None, typer.Argument(metavar="RUN...", help="Folders of runs, whose frames are solved again.")
+    ] = None,
+    random: Annotated[
+        int, typer.Option("--random", metavar="N", min=0, help="Random frames for each of 2, 3 and 4 fingers; 0: none.")
+    ] = 1000,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="What is random is drawn from it.")] = 0,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes at a time; more than one blur the times.")] = 1,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Where the tables go.")] = Path("runs/solvers"),
+) -> int:
+    """Compare the solvers of the tool's pose: the exact but slow one, the fast one, and the filter's correction."""
+    from turnscrew.show.solver_report import report
+    from turnscrew.study.solver_study import parts
+
+    report(parts(runs or [], random, seed, out), jobs, out, _console())
+    return 0
+
+
+def _console() -> Console:
+    """A console for tables, which are wider than a narrow terminal: better their lines break than their cells."""
+    from rich.console import Console
+
+    console = Console()
+    console.width = max(console.width, 150)
+    return console
