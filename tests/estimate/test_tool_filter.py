@@ -24,7 +24,7 @@ FOUR = next(t for t in gait(1) if t.phase == "four" and np.all(np.linalg.norm(t.
 def exact() -> FilterState:
     """The state that knows all."""
     offset, hand, seen = np.zeros(17), np.zeros(3), np.zeros(6)
-    return FilterState(P_WS, FOUR.R_WT, np.zeros(3), 0.0, offset, hand, seen, 0.0, np.eye(SIZE) * 1e-6)
+    return FilterState(P_WS, FOUR.R_WT, np.zeros(3), 0.0, offset, hand, seen, 0.0, 0.0, np.eye(SIZE) * 1e-6)
 
 
 def frame(p_WT: np.ndarray, R_WT: np.ndarray) -> Seen:
@@ -180,12 +180,12 @@ def test_prediction_turns_errors_along_and_spreads_them() -> None:
 
 
 @pytest.mark.parametrize(
-    ("index", "size"), [(0, 0.01), (3, 0.001), (4, 0.001), (10, 0.01), (13, 0.01), (20, 0.01), (27, 0.001)]
+    ("index", "size"), [(0, 0.01), (3, 0.001), (4, 0.001), (10, 0.01), (13, 0.01), (20, 0.01), (27, 0.001), (36, 0.02)]
 )
 def test_a_stroke_carries_errors_as_the_covariance_says(index: int, size: float) -> None:
     """Rolls the handle by odometry with one state believed wrong, and compares with the propagated covariance."""
     quiet = ToolFilter(
-        encoder=0.0, scale_error=0.0, tilt_drift=0.0, yaw_drift=0.0, tip_drift=0.0, constants_drift=0.0,
+        encoder=0.0, slide_drift=0.0, tilt_drift=0.0, yaw_drift=0.0, tip_drift=0.0, constants_drift=0.0,
         offset_drift=0.0, arm_time=1e6,
     )  # fmt: skip
     stroke = [t for t in gait(1) if t.phase == "roll"]
@@ -203,6 +203,7 @@ def test_a_stroke_carries_errors_as_the_covariance_says(index: int, size: float)
             if last is not None:
                 points = np.array([contact(last, i, state.p_WT, state.R_WT).tip_W for i in range(5)])
                 rolled = odometry.increment(last, tips, points, WEIGHT, state.p_WT, state.R_WT)
+                rolled = rolled.slowed(state.slide, state.R_WT[:, 2])
                 state = quiet.predict(state, rolled, np.zeros(3), 0.0, np.zeros((3, 6)), True, DT)
             last = tips
         return state

@@ -180,7 +180,7 @@ _SKEW = np.array([skew(e).ravel() for e in np.eye(3)])
 
 
 def _way(change: Array, p_WT: Array, points: list[ClosestPoints]) -> float:
-    """How far a change of the errors (36,) moves handle or fingertips at the contacts, at most [m]."""
+    """How far a change of the errors (37,) moves handle or fingertips at the contacts, at most [m]."""
     lever = points[0].c_W - p_WT
     turn, shift, bend = change[THETA], change[TIP], change[OFFSETS]
     # all contacts are about as high; no joint of the hand is farther than .1 m from its fingertip

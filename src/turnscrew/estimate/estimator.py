@@ -190,6 +190,7 @@ class ToolEstimator:
         touch = self.touch.update(state.touch, f_F, tips.R_WF, dt)
         weight = np.where(touch.touching, touch.level, 0.0)
         rolled = self.odometry.increment(state.tips, tips, state.contacts.tip_W, weight, f.p_WT, f.R_WT)
+        rolled = rolled.slowed(f.slide, f.R_WT[:, 2])
         dtheta = rolled.dtheta
         spin = float(f.R_WT[:, 2] @ dtheta)
         # The tip follows the screw along its thread.

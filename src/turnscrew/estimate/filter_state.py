@@ -1,7 +1,8 @@
 """The filter's states: what they are, where they stand, and how sure it is at the start.
 
 27 of them say what is so (tool, screw, radius, joint offsets).  Nine more say what is read wrong at present, because
-it is read wrong alike for a while: where the hand is, by the arm's encoders, and where the camera sees the tool.
+it is read wrong alike for a while: where the hand is, by the arm's encoders, and where the camera sees the tool.  The
+last says by which share the tool stays behind the fingers that roll it.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ RADIUS = 9
 OFFSETS = slice(10, 10 + len(OFFSET_JOINTS))
 HAND = slice(27, 30)
 SEEN = slice(30, 36)
-SIZE = SEEN.stop
+SLIDE = 36
+SIZE = SLIDE + 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +44,8 @@ class FilterState:
 
     The errors, in order: rotation vector theta in W (R_true = exp([theta]x) R_WT) [rad], tip p_WT in W [m], screw
     offset b in W [m], radius error [m], the 17 joint offsets of `OFFSET_JOINTS` [rad], the displacement of the hand in
-    W [m], and the camera's lasting error: of the tip in W [m], then of the orientation, a rotation vector in W [rad].
+    W [m], the camera's lasting error: of the tip in W [m], then of the orientation, a rotation vector in W [rad]; and
+    the share of a roll by which the handle slides.
 
     Attributes:
         p_WT: (3,) tip position in W [m].
@@ -52,8 +55,9 @@ class FilterState:
         offset: (17,) encoder readings less joint angles [rad].
         hand_W: (3,) where all fingertips are read to be, less where they are, by encoders of arm and wrist [m].
         seen_W: (6,) the camera's lasting error: seen less true tip [m], then rotation vector from true to seen [rad].
+        slide: Share by which the handle turns less than fingers that roll it without sliding would turn it.
         blind: Time since the last camera frame was taken in [s].
-        P: (36, 36) covariance of the errors.
+        P: (37, 37) covariance of the errors.
     """
 
     p_WT: Array
@@ -63,6 +67,7 @@ class FilterState:
     offset: Array
     hand_W: Array
     seen_W: Array
+    slide: float
     blind: float
     P: Array
 
@@ -73,7 +78,7 @@ class FilterState:
         return full
 
     def corrected(self, error: Array, P: Array) -> FilterState:
-        """The state moved by an estimated error (36,), with covariance P."""
+        """The state moved by an estimated error (37,), with covariance P."""
         return FilterState(
             p_WT=self.p_WT + error[TIP],
             R_WT=exp_so3(error[THETA]) @ self.R_WT,
@@ -82,6 +87,7 @@ class FilterState:
             offset=self.offset + error[OFFSETS],
             hand_W=self.hand_W + error[HAND],
             seen_W=self.seen_W + error[SEEN],
+            slide=self.slide + float(error[SLIDE]),
             blind=self.blind,
             P=P,
         )
@@ -92,7 +98,7 @@ _POSE_GRID = np.ix_(_POSE, _POSE)
 
 
 def pose_covariance(P: Array) -> Array:
-    """(6, 6) covariance of the errors of p_WT, then of the rotation vector, out of the filter's (36, 36)."""
+    """(6, 6) covariance of the errors of p_WT, then of the rotation vector, out of the filter's (37, 37)."""
     covariance: Array = P[_POSE_GRID]
     return covariance
 
@@ -110,6 +116,8 @@ class Prior:
         coupling: Of J1 - J2 of a coupled finger [rad], or None where the tendon leaves them free.  The coupling makes
             the difference of the readings show the difference of the offsets.
         hand: Of the hand's displacement per axis [m]: the first reading of six joints of .05 deg, up to .8 m away.
+        slide: Of the share of a roll by which the handle slides: 1 % in strokes of the simulated hand, more under
+            more load, for friction that holds a torque gives way a little.
     """
 
     rotation: float = np.deg2rad(3.0)
@@ -119,6 +127,7 @@ class Prior:
     offset: float = 0.01
     coupling: float | None = np.deg2rad(0.2)
     hand: float = 0.0006
+    slide: float = 0.01
 
     def state(self, p_WT: Array, R_WT: Array, q: Array) -> FilterState:
         """The start.
@@ -131,6 +140,7 @@ class Prior:
         sigma = np.zeros(SIZE)
         sigma[THETA], sigma[TIP], sigma[SCREW] = self.rotation, self.tip, self.screw
         sigma[RADIUS], sigma[OFFSETS], sigma[HAND] = self.radius, self.offset, self.hand
+        sigma[SLIDE] = self.slide
         error, P = np.zeros(SIZE), np.diag(sigma**2)
         for follower, leader in COUPLED.items() if self.coupling is not None else ():
             if follower in OFFSET_JOINTS:
@@ -141,4 +151,4 @@ class Prior:
                 error = error + gain * (q[INDEX[follower]] - q[INDEX[leader]] - h @ error)
                 P = P - np.outer(gain, h @ P)
         offset, hand, seen = np.zeros(len(OFFSET_JOINTS)), np.zeros(3), np.zeros(6)
-        return FilterState(p_WT, R_WT, np.zeros(3), 0.0, offset, hand, seen, 0.0, P).corrected(error, P)
+        return FilterState(p_WT, R_WT, np.zeros(3), 0.0, offset, hand, seen, 0.0, 0.0, P).corrected(error, P)

@@ -41,6 +41,10 @@ class Rolled(NamedTuple):
     per_shift: Array
     per_offset: Array
 
+    def slowed(self, share: float, axis: Array) -> Rolled:
+        """The same with a share of the rotation about an axis (3,) lost."""
+        return self._replace(dtheta=self.dtheta - share * float(axis @ self.dtheta) * axis)
+
 
 _EYE = np.eye(3)
 

@@ -24,6 +24,7 @@ from turnscrew.estimate.filter_state import (
     SCREW,
     SEEN,
     SIZE,
+    SLIDE,
     THETA,
     TIP,
     FilterState,
@@ -52,9 +53,9 @@ class ToolFilter:
             and what is left of the kinematics' bend.  It is the same for as long as the posture is, a second: .05 mm
             thirty times over count as .05 sqrt(30).
         alike: In how many frames the contact's bend is the same: until the camera has averaged its own noise away.
-        scale_error: Relative error of odometry with all angles known: 1 % in strokes of the simulated hand, for a
-            fingertip sunk in rolls on another radius;
-        stroke: it stays the same for as long as a stroke takes [rad].
+        slide_drift: Random walk of the share of a roll by which the handle slides, over the angle of a stroke:
+            strokes of the simulated hand differ by .2 % to .3 %.
+        stroke: That angle [rad].
         tilt_drift: Random walk of the orientation while gripped [rad/sqrt(s)]; measured likewise: .04 deg,
         yaw_drift: and about the tool's axis [rad/sqrt(s)]: .2 deg, and half of it again for the white noise of the
             fingers' encoders, .15 deg in every reading.
@@ -79,7 +80,7 @@ class ToolFilter:
     indentation_error: float = 0.35
     contact: float = 0.0003
     alike: float = 30.0
-    scale_error: float = 0.01
+    slide_drift: float = 0.003
     stroke: float = 0.8
     tilt_drift: float = np.deg2rad(0.05)
     yaw_drift: float = np.deg2rad(0.3)
@@ -101,14 +102,16 @@ class ToolFilter:
         Errors of orientation turn along with the tool.  Odometry turns it about the believed tip by the believed way of
         the fingertips, so errors of tip p, joint offsets o and hand h become errors of orientation as it turns:
 
-            theta' = exp([dtheta]x) theta + G dtheta x (p + h) - D o - G (h' - h),    h' = a h + w.
+            theta' = exp([dtheta]x) theta + G dtheta x (p + h) - D o - G (h' - h) - psi s,    h' = a h + w.
 
         Without the second term a lean that is believed of a tip in the wrong place would turn along with the tool,
-        whose true axis stays where the fingers have it.  h is an Ornstein-Uhlenbeck process.
+        whose true axis stays where the fingers have it.  h is an Ornstein-Uhlenbeck process.  psi is the rotation about
+        the tool's axis, of which the share s is lost.
 
         Args:
             state: Before.
-            rolled: Of the odometry; G is its `per_shift`, D its `per_offset`.
+            rolled: Of the odometry, slowed by the share that is believed to be lost; G is its `per_shift`, D its
+                `per_offset`.
             dp: (3,) travel of the tip in W [m].
             spin: Low-passed yaw rate [rad/s]; dtheta itself is mostly encoder noise, which does not add up and must
                 not be taken for travel.
@@ -119,10 +122,12 @@ class ToolFilter:
         G, keep = rolled.per_shift, exp(-dt / self.arm_time)
         swept = G @ skew(rolled.dtheta)
         by_hand = (1.0 - keep) * G + swept
+        z = state.R_WT[:, 2]
+        spun = float(z @ rolled.dtheta) * z
         turn = exp_so3(rolled.dtheta + by_hand @ state.hand_W)
         F = _EYE.copy()
         F[THETA, THETA], F[THETA, TIP] = turn, swept
-        F[THETA, OFFSETS], F[THETA, HAND] = -rolled.per_offset, by_hand
+        F[THETA, OFFSETS], F[THETA, HAND], F[THETA, SLIDE] = -rolled.per_offset, by_hand, -spun
         F.flat[_HAND_DIAGONAL] = keep
         P = F @ state.P @ F.T
         kick = np.vstack([-G, _EYE[:3, :3]]) @ (self._left(dt) * reach)
@@ -132,10 +137,10 @@ class ToolFilter:
         noise[TIP] = dt * self.tip_drift**2
         noise[SCREW], noise[RADIUS] = dt * self.constants_drift**2, dt * (0.1 * self.constants_drift) ** 2
         noise[OFFSETS] = dt * self.offset_drift**2
+        noise[SLIDE] = dt * self.slide_drift**2 * abs(spin) / self.stroke
         P.flat[:: SIZE + 1] += noise
-        z = state.R_WT[:, 2]
         drift = self.yaw_drift**2 if gripped else 0.0
-        P[THETA, THETA] += dt * (drift + self.stroke * self.scale_error**2 * abs(spin)) * (z[:, None] * z)
+        P[THETA, THETA] += dt * drift * (z[:, None] * z)
         return replace(
             state,
             p_WT=state.p_WT + dp,
@@ -195,7 +200,7 @@ class ToolFilter:
 
         Args:
             state: Where the gaps are taken.
-            P: (36, 36) covariance before the contacts.
+            P: (37, 37) covariance before the contacts.
             points: Closest points to the handle without its radius error, k of them.
             p_WF: (k, 3) fingertip centres in W [m].
             J: (k, 6, 17) their Jacobians by the joints with offset states.
