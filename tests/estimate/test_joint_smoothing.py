@@ -23,6 +23,8 @@ def test_wanted_motion_comes_through_without_lag() -> None:
         # sums of fifty numbers near 1 and fifty near 5 rad/s: rounding
         np.testing.assert_allclose(q, truth, atol=1e-13)
         np.testing.assert_allclose(v, motion / DT, atol=1e-11)
+    _, _, v = smoother.update(state, truth, np.full(N, 7.0), np.zeros(N), DT)
+    np.testing.assert_array_equal(v[FINGERS], 7.0)
 
 
 def test_motion_that_was_not_wanted_is_found_within_the_time_constant() -> None:

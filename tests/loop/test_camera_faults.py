@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from rigs.faulty import dark, flipped, spoil_camera
 
-from turnscrew.signals import FaultKind, Vision
+from turnscrew.signals import FaultKind
+from turnscrew.study.disturbances.camera_faults import dark, flipped
+from turnscrew.study.disturbances.disturbance import Span
+from turnscrew.study.disturbances.spoilt_sensors import Spoil, spoil_sensors
 from turnscrew.task.fasten import Run
 from turnscrew.task.judge import pose_error
 from turnscrew.task.scenario import load
@@ -16,10 +16,10 @@ from turnscrew.task.scenario import load
 SECONDS = 5.2
 
 
-def errors_of(seed: int, spoil: Callable[[Vision], Vision | None]) -> tuple[np.ndarray, np.ndarray, list]:
+def errors_of(seed: int, spoil: Spoil) -> tuple[np.ndarray, np.ndarray, list]:
     """Times, errors [mm, deg, deg] of the pose that the loop uses, and faults."""
     run = Run.begin(load(None, [], seed))
-    spoil_camera(run, spoil)
+    spoil_sensors(run, spoil)
     times, errors, faults = [], [], []
     while run.cell.time < SECONDS:
         tick, truth = run.tick()
@@ -36,7 +36,7 @@ def errors_of(seed: int, spoil: Callable[[Vision], Vision | None]) -> tuple[np.n
 
 @pytest.mark.parametrize("seed", [41])
 def test_two_dark_seconds_are_bridged(seed: int) -> None:
-    times, errors, faults = errors_of(seed, dark(2.5, 4.5))
+    times, errors, faults = errors_of(seed, dark(Span(2.5, 4.5)))
     # a roll, a hand-over and a support phase lie in it; before it the tip is known to half a millimetre or so
     within = errors[(times > 2.5) & (times < 4.6)]
     assert within[:, 0].max() < 1.0
@@ -51,7 +51,7 @@ def test_two_dark_seconds_are_bridged(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [42])
 def test_flipped_marker_is_refused(seed: int) -> None:
-    times, errors, faults = errors_of(seed, flipped(3.0, 5))
+    times, errors, faults = errors_of(seed, flipped(Span(3.0, 3.0 + 5 / 30)))
     after = errors[times > 3.0]
     assert after[:, 0].max() < 1.0
     assert after[:, 1].max() < 1.0

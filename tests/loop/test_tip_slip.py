@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rigs.slips import KEYS, REACH, Kind, Slips
 
+from turnscrew.study.disturbances.tip_slips import OPEN_SLOT, REACH, Kind, Slips
 from turnscrew.task.fasten import Run
 from turnscrew.task.scenario import load
 
@@ -37,7 +37,7 @@ def test_a_round_without_slip_raises_none() -> None:
 
 @pytest.mark.parametrize("kind", ["knock", "slick"])
 def test_a_slip_is_seen_within_a_tenth_of_a_second(kind: Kind) -> None:
-    run = Run.begin(load(None, [*KEYS, *FINE], 777003))
+    run = Run.begin(load(None, [*OPEN_SLOT, *FINE], 777003))
     slips = Slips(run.cell, np.random.default_rng(8), kind, first=1.0, pause=0.5, length=(0.04, 0.05))
     seen = signals(run, 2.4, slips)
     slip = slips.made[0]

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
 study_app = typer.Typer(help="Questions put to many runs.", no_args_is_help=True)
 
 JobsOption = Annotated[int, typer.Option("--jobs", min=1, help="Processes at a time.")]
+SeedsOption = Annotated[int, typer.Option("--seed", min=0, help="Seed of the first run; the next one has the next.")]
+ScenarioOption = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a key of the scenario; repeatable.")
+]
 TablesOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="Where tables and plots go.")]
 
 
@@ -57,6 +61,49 @@ def solvers(
     from turnscrew.study.solver_study import parts
 
     report(parts(runs or [], random, seed, out), jobs, out, _console())
+    return 0
+
+
+@study_app.command()
+def faults(
+    n: Annotated[int, typer.Option("--n", min=1, help="Runs of each kind of fault.")] = 10,
+    seed: SeedsOption = 0,
+    overrides: ScenarioOption = None,
+    kinds: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--fault",
+            metavar="KIND",
+            help="This kind only: nothing, dark, flipped, dark-short, nan, frozen, silent; repeatable.  All without.",
+        ),
+    ] = None,
+    jobs: JobsOption = 1,
+    out: TablesOption = Path("runs/faults"),
+) -> int:
+    """Let a sensor fail in the middle of a run: how far off the robot's idea of the tool gets, and how the run ends."""
+    from turnscrew.show.faults_report import report
+    from turnscrew.study.faults_study import chosen, parts
+
+    report(parts(chosen(kinds), n, seed, overrides or [], out), jobs, out, _console())
+    return 0
+
+
+@study_app.command()
+def slips(
+    n: Annotated[
+        int, typer.Option("--n", min=0, help="Runs in which the tip is made to slip, of each of two kinds.")
+    ] = 10,
+    quiet: Annotated[int, typer.Option("--quiet", min=0, help="Runs without slips, to count false alarms in.")] = 10,
+    seed: SeedsOption = 0,
+    overrides: ScenarioOption = None,
+    jobs: JobsOption = 1,
+    out: TablesOption = Path("runs/slips"),
+) -> int:
+    """Make the screwdriver's tip slip: how soon the robot notices, and how often it is wrong."""
+    from turnscrew.show.slips_report import report
+    from turnscrew.study.slips_study import parts
+
+    report(parts(n, quiet, seed, overrides or [], out), jobs, out, _console())
     return 0
 
 

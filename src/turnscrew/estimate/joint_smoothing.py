@@ -15,13 +15,16 @@ import numpy as np
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.joints import ARM, JOINTS, WRIST
 
+PALM = len(ARM) + len(WRIST)
+"""Arm and wrist are the first joints of the joint vector."""
+
 
 @dataclass(frozen=True, slots=True)
 class JointState:
-    """Smoothed angles q (28,) [rad], and by how much the speeds differ from those wanted, lag (28,) [rad/s]."""
+    """Smoothed angles q (28,) [rad], and by how much arm and wrist move faster than wanted, lead (6,) [rad/s]."""
 
     q: Array
-    lag: Array
+    lead: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +47,7 @@ class JointSmoother:
 
     def init(self, q: Array) -> JointState:
         """Start at the first reading q (28,), at rest."""
-        return JointState(q, np.zeros(len(q)))
+        return JointState(q, np.zeros(PALM))
 
     def update(
         self, state: JointState, q: Array, v: Array, motion: Array, dt: float
@@ -59,16 +62,18 @@ class JointSmoother:
             dt: Time since then [s].
 
         Returns:
-            The new state, and q and v smoothed.
+            The new state, and q and v smoothed; the fingers' speeds stay as read, for a finger follows a sudden command
+            some 10 ms late, and what it has not done yet would be taken for a force.
         """
         take = -np.expm1(-dt / self._times())
-        wanted = motion / dt
+        wanted = motion[:PALM] / dt
         ahead = state.q + motion
-        state = JointState(ahead + take * (q - ahead), state.lag + take * (v - wanted - state.lag))
-        return state, state.q, wanted + state.lag
+        lead = state.lead + take[:PALM] * (v[:PALM] - wanted - state.lead)
+        state = JointState(ahead + take * (q - ahead), lead)
+        return state, state.q, np.concatenate([wanted + lead, v[PALM:]])
 
     def _times(self) -> Array:
         times = np.full(len(JOINTS), self.finger)
+        times[:PALM] = self.wrist
         times[: len(ARM)] = self.arm
-        times[len(ARM) : len(ARM) + len(WRIST)] = self.wrist
         return times

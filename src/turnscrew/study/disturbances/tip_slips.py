@@ -1,7 +1,10 @@
 """Slips of the tip, made in the plant: a knock beside the tip, or a moment in which blade and slot do not rub.
 
-A slot longer than the blade lets the tip slide along it, as an open slot does; `KEYS` asks for one.  A slip is counted
-from the moment at which the tip has left the place that it had before the disturbance by `REACH`, along the slot.
+Here something acts on the tool that is neither gravity nor a contact: that is the disturbance.
+
+A slot longer than the blade lets the tip slide along it, as an open slot does; `OPEN_SLOT` asks for one.  A slip is
+counted from the moment at which the tip has left the place that it had before the disturbance by `REACH`, along the
+slot.
 """
 
 from __future__ import annotations
@@ -17,7 +20,7 @@ from turnscrew.plant.cell import Cell
 
 Kind = Literal["knock", "slick"]
 
-KEYS = ("screw.slot_length=0.010", "screw.head_radius=0.0055")
+OPEN_SLOT = ("screw.slot_length=0.010", "screw.head_radius=0.0055")
 """A blade 6 mm wide can slide by 2 mm to either side of the slot's middle."""
 
 REACH = 0.001
@@ -33,6 +36,9 @@ KNOCK = (1.1, 1.8)
 
 LOAD = (0.2, 0.6)
 """Side load of a slick moment, likewise."""
+
+LENGTH: dict[Kind, tuple[float, float]] = {"knock": (0.015, 0.04), "slick": (0.1, 0.3)}
+"""How long a disturbance lasts, from and to [s]."""
 
 LEAN = 0.3
 """Time before a slick moment in which its side load rises, and after it falls [s]: slowly, for it is no knock."""
@@ -70,7 +76,7 @@ class Slips:
         kind: What is done.
         first: Earliest moment of the first disturbance [s].
         pause: Shortest time from one to the next [s]; the longest is twice that.
-        length: Range of a disturbance's length [s].
+        length: Range of a disturbance's length [s]; None takes the kind's of `LENGTH`.
         made: The disturbances so far.
     """
 
@@ -79,7 +85,7 @@ class Slips:
     kind: Kind
     first: float = 1.5
     pause: float = 2.0
-    length: tuple[float, float] = (0.015, 0.04)
+    length: tuple[float, float] | None = None
     made: list[Slip] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -116,7 +122,7 @@ class Slips:
         return float(self._friction[0, 0] * (max(F_s[2], 1.0) + 2.0 * abs(F_s[5]) / self._width))
 
     def _begin(self, time: float, place: float) -> None:
-        length = self.rng.uniform(*self.length)
+        length = self.rng.uniform(*(self.length or LENGTH[self.kind]))
         # towards the far end, so that there is way to go
         side = -np.sign(place) if abs(place) > 2e-4 else self.rng.choice([-1.0, 1.0])
         peak = float(side * self.rng.uniform(*(KNOCK if self.kind == "knock" else LOAD)) * self._hold())
