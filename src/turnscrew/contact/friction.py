@@ -75,6 +75,26 @@ def polyhedral_cone(n_W: Array, mu: float, sides: int = 8) -> Array:
     return np.outer(np.cos(angles), t1) + np.outer(np.sin(angles), t2) + mu * cos(pi / sides) * n_W
 
 
+def polyhedral_cones(n_W: Array, mu: float, sides: int = 8) -> Array:
+    """Rows of an inner pyramid for each of several contacts, as `polyhedral_cone` gives them for one, in one pass.
+
+    Args:
+        n_W: (k, 3) handle's outward unit normals, in W.
+        mu: Coefficient of friction.
+        sides: Number of faces, at least 3.
+
+    Returns:
+        (k, sides, 3).
+    """
+    axis = np.eye(3)[np.abs(n_W).argmin(axis=1)]
+    t1 = axis - (axis * n_W).sum(axis=1)[:, None] * n_W
+    t1 /= np.sqrt((t1 * t1).sum(axis=1))[:, None]
+    t2 = n_W[:, [1, 2, 0]] * t1[:, [2, 0, 1]] - n_W[:, [2, 0, 1]] * t1[:, [1, 2, 0]]
+    angles = (2.0 * pi / sides * np.arange(sides))[:, None]
+    rows: Array = np.cos(angles) * t1[:, None] + np.sin(angles) * t2[:, None] + (mu * cos(pi / sides)) * n_W[:, None]
+    return rows
+
+
 class Scaling(NamedTuple):
     """How much internal force holds a grasp.
 

@@ -40,6 +40,23 @@ class Fingertips:
     length: Array
 
 
+@dataclass(frozen=True, slots=True)
+class Dynamics:
+    """What (17) and (18) need of the robot at one state.
+
+    Attributes:
+        tips: Fingertips and their Jacobians.
+        M: (28, 28) mass matrix with the drives' reflected inertia [kg.m2].
+        bias: (28,) C_r v + N, Coriolis, centrifugal and gravity torques [N.m].
+        Jdot_v: (5, 6) what the fingertips' frames accelerate by while no joint does, in W, linear first [m/s2, rad/s2].
+    """
+
+    tips: Fingertips
+    M: Array
+    bias: Array
+    Jdot_v: Array
+
+
 def robot_spec() -> mujoco.MjSpec:
     """Arm and hand on the base, without actuators, tool or screw; joints in the order of `JOINTS`."""
     spec = mujoco.MjSpec()
@@ -55,6 +72,7 @@ class RobotModel:
     Attributes:
         limits: (28, 2) joint ranges [rad].
         torque_limits: (28,) peak drive torques [N.m]; a coupled J1 has none of its own.
+        damping: (28,) viscous damping of the joints [N.m.s/rad].
     """
 
     def __init__(self) -> None:
@@ -67,6 +85,8 @@ class RobotModel:
         self._centre = np.array([float(capsule.pos[2]) for capsule in capsules])
         self.rho = np.array([TIP_RADIUS[finger] for finger in FINGERS])
         self.limits = self._model.jnt_range[: len(JOINTS)].copy()
+        self.damping = self._model.dof_damping[: len(JOINTS)].copy()
+        self._dynamics: tuple[Array, Array, Dynamics] | None = None
         self.torque_limits = np.array(
             [*(link.torque for link in LINKS), *(0.0 if n in COUPLED else torque_limit(n) for n in JOINTS[len(ARM) :])]
         )
@@ -79,6 +99,9 @@ class RobotModel:
     def fingertips(self, q: Array) -> Fingertips:
         """Fingertip frames and Jacobians at joint angles q (28,) [rad]."""
         self._place(q)
+        return self._tips()
+
+    def _tips(self) -> Fingertips:
         data = self._data
         R = data.xmat[self._bodies].reshape(5, 3, 3)
         p = data.xpos[self._bodies] + (self._centre + self._half)[:, None] * R[:, :, 2]
@@ -117,6 +140,30 @@ class RobotModel:
         body = self._bodies[FINGERS.index(finger)]
         mujoco.mj_jacDot(self._model, self._data, Jdot, None, p_W, body)
         return Jdot
+
+    def dynamics(self, q: Array, v: Array) -> Dynamics:
+        """Kinematics and dynamics at joint angles q (28,) [rad] and speeds v (28,) [rad/s], in one pass.
+
+        Asked for the same two arrays again, it gives the same answer without work: servo and actuation of one tick
+        share it.  So neither array may be changed in place.
+        """
+        if self._dynamics is not None and self._dynamics[0] is q and self._dynamics[1] is v:
+            return self._dynamics[2]
+        model, data = self._model, self._data
+        self._place(q)
+        data.qvel[:] = v
+        mujoco.mj_makeM(model, data)
+        mujoco.mj_comVel(model, data)
+        M, bias = np.empty((len(JOINTS), len(JOINTS))), np.empty(len(JOINTS))
+        mujoco.mj_fullM(model, data, M)
+        mujoco.mj_rne(model, data, 0, bias)
+        tips = self._tips()
+        Jdot = np.empty((len(FINGERS), 6, len(JOINTS)))
+        for row, body in enumerate(self._bodies):
+            mujoco.mj_jacDot(model, data, Jdot[row, :3], Jdot[row, 3:], tips.p_WF[row], body)
+        result = Dynamics(tips, M, bias, Jdot @ v)
+        self._dynamics = q, v, result
+        return result
 
     def mass_matrix(self, q: Array) -> Array:
         """M_r (28, 28) of (18) with the drives' reflected inertia [kg.m2]."""

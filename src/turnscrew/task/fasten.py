@@ -71,7 +71,8 @@ class Run:
             # a machine that cannot draw is told of now, not when the run is under way
             cell.picture(0, 0, 16, 16)
         blocks = build_blocks(scenario, plan, robot, start.believed_radius)
-        loop = Loop(blocks, Watch(scenario.goal.time_limit), 1.0 / scenario.rate.control)
+        beats = scenario.beats_per_tick
+        loop = Loop(blocks, Watch(scenario.goal.time_limit), 1.0 / scenario.rate.control, beats)
         sensors = blocks.sensors.init(streams["encoders"], streams["force"], streams["camera"])
         believed = exp_so3(np.array([0.0, 0.0, scenario.screw.slot_yaw]))
         state = loop.init(sensors, cell, plan.p_WS, believed)
@@ -83,6 +84,10 @@ class Run:
         self.state, tick = self.loop.tick(self.state, self.cell)
         self.judge.watch(truth, tick)
         return tick, truth
+
+    def beat(self) -> None:
+        """Control and actuation between two ticks."""
+        self.state = self.loop.beat(self.state, self.cell)
 
     def reached_goal(self, tick: Tick) -> bool:
         """Whether all that the scenario's goal names is reached, as far as the robot can know."""
@@ -132,6 +137,7 @@ def fasten(
 def _turn(run: Run, recorder: Recorder, faults: list[Fault], began: float, on_progress: OnProgress | None) -> str:
     """Turns the loop until it is over; returns the outcome."""
     due = 0.0
+    steps_per_beat = run.scenario.steps_per_tick // run.scenario.beats_per_tick
     while True:
         tick, truth = run.tick()
         recorder.tick(run.cell.time, **signals(tick, truth))
@@ -144,7 +150,9 @@ def _turn(run: Run, recorder: Recorder, faults: list[Fault], began: float, on_pr
                 return str(fault.kind)
         if run.reached_goal(tick):
             return "goal"
-        for _ in range(run.scenario.steps_per_tick):
+        for step in range(run.scenario.steps_per_tick):
+            if step and step % steps_per_beat == 0:
+                run.beat()
             run.cell.prepare()
             recorder.step(run.cell.data)
             run.cell.step()

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
-from turnscrew.actuate.position import DRIVEN_INDEX
 from turnscrew.control.controller import ControllerState
 from turnscrew.decide.gait import GaitState
+from turnscrew.estimate.between_ticks import JointState
 from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.geometry.arrays import Array
 from turnscrew.plant.cell import Cell
+from turnscrew.robot.coupling import DRIVEN_INDEX
 from turnscrew.sense.sensors import SensorState
 from turnscrew.signals import Command, Effort, Estimate, Fault, Goal, Measurement
 from turnscrew.task.watch import Watch, WatchState
@@ -19,14 +21,16 @@ from turnscrew.task.wiring import Blocks
 
 @dataclass(frozen=True, slots=True)
 class LoopState:
-    """States of all blocks between two ticks."""
+    """States of all blocks between two ticks; `joints` and `last` serve the beats of a robot that takes torques."""
 
     sensors: SensorState
     estimator: EstimatorState
     watch: WatchState
     gait: GaitState
     controller: ControllerState
-    adapter: Array
+    adapter: Any
+    joints: JointState | None = None
+    last: tuple[Estimate, Goal] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,11 +53,13 @@ class Loop:
         blocks: Sensing to actuation.
         watch: Names trouble.
         dt: Period of the tick [s].
+        beats: How often in a tick control and actuation run: more than once for a robot that takes torques.
     """
 
     blocks: Blocks
     watch: Watch
     dt: float
+    beats: int = 1
 
     def init(self, sensors: SensorState, plant: Cell, p_WT: Array, R_WT: Array) -> LoopState:
         """States before the first tick.
@@ -75,21 +81,50 @@ class Loop:
             gait=self.blocks.gait.init(),
             controller=self.blocks.controller.init(estimate),
             adapter=self.blocks.adapter.init(estimate.q + estimate.offset),
+            joints=None if self.blocks.between is None else self.blocks.between.init(measurement.q),
         )
 
     def tick(self, state: LoopState, plant: Cell) -> tuple[LoopState, Tick]:
         """One turn of the loop, up to the command that is written to the plant."""
-        blocks, dt = self.blocks, self.dt
+        blocks, dt, beat = self.blocks, self.dt, self.dt / self.beats
         sensors, measurement = self._sense(state.sensors, plant)
-        estimator, estimate = blocks.estimator.update(state.estimator, measurement, dt)
+        joints, known = state.joints, measurement
+        if blocks.between is not None and joints is not None:
+            joints = blocks.between.read(joints, measurement.q, beat)
+            known = replace(measurement, q=joints.q, v=joints.v)
+        estimator, estimate = blocks.estimator.update(state.estimator, known, dt)
+        if blocks.between is not None and joints is not None:
+            estimate = blocks.between.refresh(joints, estimate, 0.0)
         gait, goal = blocks.gait.update(state.gait, estimate, dt)
         watch, faults = self.watch.update(state.watch, measurement, estimate, goal, dt)
+        controller, effort = blocks.controller.update(state.controller, goal, estimate, beat)
+        adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, beat)
+        self._write(plant, command, sensors)
+        following = LoopState(sensors, estimator, watch, gait, controller, adapter, joints, (estimate, goal))
+        return following, Tick(measurement, estimate, faults, goal, effort, command)
+
+    def beat(self, state: LoopState, plant: Cell) -> LoopState:
+        """Control and actuation alone, on the tick's goal and what the encoders say since."""
+        blocks, dt = self.blocks, self.dt / self.beats
+        if blocks.between is None or state.joints is None or state.last is None:
+            return state
+        estimate, goal = state.last
+        sensors, reading = blocks.sensors.joints(state.sensors, plant)
+        joints = blocks.between.read(state.joints, reading, dt)
+        estimate = blocks.between.refresh(joints, estimate, dt)
         controller, effort = blocks.controller.update(state.controller, goal, estimate, dt)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, dt)
-        # the servos close their loops on the encoders, whose zeros are off by what only the plant knows
-        plant.write(command.q - sensors.encoders.offset[DRIVEN_INDEX])
-        following = LoopState(sensors, estimator, watch, gait, controller, adapter)
-        return following, Tick(measurement, estimate, faults, goal, effort, command)
+        self._write(plant, command, sensors)
+        return replace(
+            state, sensors=sensors, controller=controller, adapter=adapter, joints=joints, last=(estimate, goal)
+        )
+
+    def _write(self, plant: Cell, command: Command, sensors: SensorState) -> None:
+        if command.tau is not None:
+            plant.write(command.tau)
+        elif command.q is not None:
+            # the servos close their loops on the encoders, whose zeros are off by what only the plant knows
+            plant.write(command.q - sensors.encoders.offset[DRIVEN_INDEX])
 
     def _sense(self, state: SensorState, plant: Cell) -> tuple[SensorState, Measurement]:
         return self.blocks.sensors.update(state, plant)

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.random import Generator
 
 from turnscrew.actuate.position import PositionAdapter
+from turnscrew.actuate.torque import TorqueAdapter
 from turnscrew.contact.tool_dynamics import ToolInertia
 from turnscrew.control.controller import Controller
 from turnscrew.control.distribution import Distribution
+from turnscrew.control.optimal_distribution import OptimalDistribution
 from turnscrew.control.servo import HybridServo
 from turnscrew.decide.gait import Gait
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plan import GaitPlan
+from turnscrew.estimate.arm_smoothing import ArmSmoother
+from turnscrew.estimate.between_ticks import BetweenTicks
 from turnscrew.estimate.contacts import TouchDetector
 from turnscrew.estimate.estimator import Reference, ToolEstimator
 from turnscrew.estimate.finger_force import ForceFromTorque
@@ -23,6 +28,7 @@ from turnscrew.estimate.pose_refine import PoseRefiner
 from turnscrew.estimate.pose_solution import PoseSolver
 from turnscrew.estimate.pose_sqp import SqpSolver
 from turnscrew.estimate.screw_angle import ScrewAngle
+from turnscrew.estimate.tilt_smoothing import TiltSmoother
 from turnscrew.estimate.tip_slip import TipSlip
 from turnscrew.estimate.tip_wrench import TipWrench
 from turnscrew.estimate.tool_filter import ToolFilter
@@ -61,6 +67,12 @@ shake them twice as long.  Found by trial: five runs of five rounds stay below f
 of fingertip sensors each of them raises one."""
 
 
+TORQUE_GAINS: dict[str, Any] = {
+    "kp": 1000.0, "kv": 60.0, "ki": 3000.0, "integral_limit": 0.04, "kf": 1.0, "force_limit": 0.5, "side_limit": 0.005, "ease": 0.4, "measured": True,
+}  # fmt: skip
+"""placeholder"""
+
+
 @dataclass(frozen=True)
 class Blocks:
     """The loop's blocks and their parameters."""
@@ -69,7 +81,8 @@ class Blocks:
     estimator: ToolEstimator
     gait: Gait
     controller: Controller
-    adapter: PositionAdapter
+    adapter: PositionAdapter | TorqueAdapter
+    between: BetweenTicks | None = None
 
 
 def build_cell(scenario: Scenario, start: Start, plan: GaitPlan) -> Cell:
@@ -92,6 +105,7 @@ def build_cell(scenario: Scenario, start: Start, plan: GaitPlan) -> Cell:
         # the scenario says by how much the model is wrong; here the plant is what differs
         mass_error=1.0 / (1.0 + scenario.model.mass_error) - 1.0,
         camera=build_scene_camera(scenario, plan.p_WS),
+        motors=scenario.robot.actuation == "torque",
     )  # fmt: skip
     return Cell(description, start.q, start.p_WT, start.R_WT)
 
@@ -99,17 +113,24 @@ def build_cell(scenario: Scenario, start: Start, plan: GaitPlan) -> Cell:
 def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed_radius: float) -> Blocks:
     """The loop's blocks, told what the robot is told."""
     inertia = believed_inertia(scenario, believed_radius)
-    placing = Placing(robot, plan)
+    torque = scenario.robot.actuation == "torque"
     return Blocks(
         sensors=build_sensors(scenario, plan),
         estimator=build_estimator(scenario, plan, robot, inertia, believed_radius),
-        gait=Gait(plan, placing, scenario.speed.turning),
-        controller=Controller(
-            HybridServo(inertia, scenario.screw.pitch),
-            Distribution(FRICTION_USED * scenario.contact.finger_friction * (1.0 + scenario.model.friction_error)),
-        ),
-        adapter=PositionAdapter(robot),
+        gait=Gait(plan, Placing(robot, plan), scenario.speed.turning),
+        controller=build_controller(scenario, robot, inertia),
+        adapter=TorqueAdapter(robot) if torque else PositionAdapter(robot),
+        between=BetweenTicks(robot, scenario.screw.pitch) if torque else None,
     )
+
+
+def build_controller(scenario: Scenario, robot: RobotModel, inertia: ToolInertia) -> Controller:
+    """Servo and distribution for what the robot accepts."""
+    friction = FRICTION_USED * scenario.contact.finger_friction * (1.0 + scenario.model.friction_error)
+    servo = HybridServo(inertia, scenario.screw.pitch)
+    if scenario.robot.actuation == "position":
+        return Controller(servo, Distribution(friction))
+    return Controller(replace(servo, **TORQUE_GAINS), OptimalDistribution(robot, friction))
 
 
 def build_sensors(scenario: Scenario, plan: GaitPlan) -> Sensors:
@@ -157,6 +178,7 @@ def build_estimator(
     tool = scenario.tool
     half = tool.handle.length / 2
     forces, touch = build_forces(scenario, robot)
+    torque = scenario.robot.actuation == "torque"
     return ToolEstimator(
         fingertips=robot.fingertips,
         handle=Cylinder(believed_radius, tool.contact_height - half, tool.contact_height + half),
@@ -165,6 +187,8 @@ def build_estimator(
         slip=build_slip(scenario),
         forces=forces,
         touch=touch,
+        arm=ArmSmoother(1e-3) if torque else ArmSmoother(),
+        tilt=TiltSmoother(0.02) if torque else TiltSmoother(),
         filter=build_filter(scenario),
         refiner=build_refiner(scenario),
         reference=Reference(scenario.estimate.reference),
