@@ -6,12 +6,14 @@ when its tangential part is at most mu f_n.
 
 from __future__ import annotations
 
+from functools import cache
 from math import cos, inf, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from turnscrew.geometry.arrays import Array, Flags
+from turnscrew.geometry.rotations import cross_rows
 
 EMPTY = (inf, -inf)
 """The interval without a point."""
@@ -89,10 +91,17 @@ def polyhedral_cones(n_W: Array, mu: float, sides: int = 8) -> Array:
     axis = np.eye(3)[np.abs(n_W).argmin(axis=1)]
     t1 = axis - (axis * n_W).sum(axis=1)[:, None] * n_W
     t1 /= np.sqrt((t1 * t1).sum(axis=1))[:, None]
-    t2 = n_W[:, [1, 2, 0]] * t1[:, [2, 0, 1]] - n_W[:, [2, 0, 1]] * t1[:, [1, 2, 0]]
-    angles = (2.0 * pi / sides * np.arange(sides))[:, None]
-    rows: Array = np.cos(angles) * t1[:, None] + np.sin(angles) * t2[:, None] + (mu * cos(pi / sides)) * n_W[:, None]
+    t2 = cross_rows(n_W, t1)
+    cosines, sines = _polygon(sides)
+    rows: Array = cosines * t1[:, None] + sines * t2[:, None] + (mu * cos(pi / sides)) * n_W[:, None]
     return rows
+
+
+@cache
+def _polygon(sides: int) -> tuple[Array, Array]:
+    """Cosines and sines (sides, 1) of equal angles."""
+    angles = (2.0 * pi / sides * np.arange(sides))[:, None]
+    return np.cos(angles), np.sin(angles)
 
 
 class Scaling(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
-from turnscrew.geometry.rotations import cross
+from turnscrew.geometry.rotations import cross, skew
 
 
 def contact_accelerations(c_W: Array, cdot_W: Array, p_WT: Array, R_WT: Array, nu: Array, alpha: Array) -> Array:
@@ -29,6 +29,4 @@ def contact_accelerations(c_W: Array, cdot_W: Array, p_WT: Array, R_WT: Array, n
     """
     v, omega = R_WT @ nu[:3], R_WT @ nu[3:]
     a, domega = R_WT @ alpha[:3] + cross(omega, v), R_WT @ alpha[3:]
-    return np.concatenate(
-        [a + cross(domega, c - p_WT) + cross(omega, cdot - v) for c, cdot in zip(c_W, cdot_W, strict=True)]
-    )
+    return np.asarray((a + (c_W - p_WT) @ skew(domega).T + (cdot_W - v) @ skew(omega).T).ravel())

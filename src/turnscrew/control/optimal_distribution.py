@@ -13,7 +13,7 @@ from turnscrew.robot.contact_jacobian import contact_jacobian
 from turnscrew.robot.coupling import DRIVEN_INDEX, SELECTION
 from turnscrew.robot.joints import ARM, FINGERS
 from turnscrew.robot.model import RobotModel
-from turnscrew.robot.motors import drive_limits
+from turnscrew.robot.motors import DRIVE_LIMITS
 from turnscrew.signals import Estimate, Goal, Role
 
 HAND = slice(len(ARM), len(DRIVEN_INDEX))
@@ -107,6 +107,6 @@ class OptimalDistribution:
         dynamics = self.robot.dynamics(estimate.q, estimate.v)
         J = contact_jacobian(dynamics.tips, rows, estimate.c_W[rows])
         rest = (SELECTION.T @ dynamics.bias)[HAND]
-        room = self.torque * drive_limits()[HAND]
+        room = self.torque * DRIVE_LIMITS[HAND]
         share = goal.share[rows]
         return Bounds(self.friction, self.least * share, self.most * share, J.T[HAND], -room - rest, room - rest)

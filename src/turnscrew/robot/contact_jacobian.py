@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from turnscrew.geometry.arrays import Array, Rows
-from turnscrew.geometry.rotations import cross
+from turnscrew.geometry.rotations import cross_rows
 from turnscrew.robot.coupling import SELECTION
 from turnscrew.robot.model import Dynamics, Fingertips
 
@@ -52,7 +52,5 @@ def contact_bias(dynamics: Dynamics, v: Array, rows: Rows, c_W: Array, cdot_W: A
     V = tips.J[rows] @ v
     a = dynamics.Jdot_v[rows]
     r = c_W - tips.p_WF[rows]
-    changes = [
-        a[i, :3] + cross(a[i, 3:], r[i]) + cross(V[i, 3:], cdot_W[i] - V[i, :3]) for i in range(len(r))
-    ]  # fmt: skip
-    return np.concatenate(changes)
+    changes = a[:, :3] + cross_rows(a[:, 3:], r) + cross_rows(V[:, 3:], cdot_W - V[:, :3])
+    return np.asarray(changes.ravel())

@@ -48,12 +48,14 @@ class Dynamics:
         tips: Fingertips and their Jacobians.
         M: (28, 28) mass matrix with the drives' reflected inertia [kg.m2].
         bias: (28,) C_r v + N, Coriolis, centrifugal and gravity torques [N.m].
+        J_palm: (6, 28) Jacobian of the palm's origin, linear first, in W.
         Jdot_v: (5, 6) what the fingertips' frames accelerate by while no joint does, in W, linear first [m/s2, rad/s2].
     """
 
     tips: Fingertips
     M: Array
     bias: Array
+    J_palm: Array
     Jdot_v: Array
 
 
@@ -80,6 +82,7 @@ class RobotModel:
         check_joint_order(self._model)
         self._data = mujoco.MjData(self._model)
         self._bodies = [self._model.body(name).id for name in _TIP_BODIES]
+        self._palm = int(self._model.body("palm").id)
         capsules = [self._model.geom(f"C_{name}") for name in _TIP_BODIES]
         self._half = np.array([float(capsule.size[1]) for capsule in capsules])
         self._centre = np.array([float(capsule.pos[2]) for capsule in capsules])
@@ -161,7 +164,9 @@ class RobotModel:
         Jdot = np.empty((len(FINGERS), 6, len(JOINTS)))
         for row, body in enumerate(self._bodies):
             mujoco.mj_jacDot(model, data, Jdot[row, :3], Jdot[row, 3:], tips.p_WF[row], body)
-        result = Dynamics(tips, M, bias, Jdot @ v)
+        J_palm = np.empty((6, len(JOINTS)))
+        mujoco.mj_jacBody(model, data, J_palm[:3], J_palm[3:], self._palm)
+        result = Dynamics(tips, M, bias, J_palm, Jdot @ v)
         self._dynamics = q, v, result
         return result
 

@@ -16,9 +16,8 @@ def drive_limit(joint: str) -> float:
     return LINKS[ARM.index(joint)].torque if joint in ARM else torque_limit(joint)
 
 
-def drive_limits() -> Array:
-    """Peak torques (24,) in the order of `DRIVEN` [N.m]."""
-    return np.array([drive_limit(joint) for joint in DRIVEN])
+DRIVE_LIMITS: Array = np.array([drive_limit(joint) for joint in DRIVEN])
+"""Peak torques (24,) in the order of `DRIVEN` [N.m]."""
 
 
 def add_motors(spec: mujoco.MjSpec) -> None:

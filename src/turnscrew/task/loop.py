@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
+
+import numpy as np
 
 from turnscrew.control.controller import ControllerState
 from turnscrew.decide.gait import GaitState
 from turnscrew.estimate.between_ticks import JointState
 from turnscrew.estimate.estimator_state import EstimatorState
-from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.plant.cell import Cell
 from turnscrew.robot.coupling import DRIVEN_INDEX
+from turnscrew.robot.joints import DRIVEN
 from turnscrew.sense.sensors import SensorState
 from turnscrew.signals import Command, Effort, Estimate, Fault, Goal, Measurement
-from turnscrew.task.watch import Watch, WatchState
+from turnscrew.task.watch import Strain, Watch, WatchState
 from turnscrew.task.wiring import Blocks
 
 
 @dataclass(frozen=True, slots=True)
 class LoopState:
-    """States of all blocks between two ticks; `joints` and `last` serve the beats of a robot that takes torques."""
+    """States of all blocks between two ticks.
+
+    A robot that takes torques has beats between ticks, and needs for them the joints as read last, the estimate and the
+    goal that are in force, and which drives (24,) a beat has held to their limits.
+    """
 
     sensors: SensorState
     estimator: EstimatorState
@@ -31,6 +38,7 @@ class LoopState:
     adapter: Any
     joints: JointState | None = None
     last: tuple[Estimate, Goal] | None = None
+    saturated: Flags = field(default_factory=lambda: np.zeros(len(DRIVEN), dtype=bool))
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,10 +104,11 @@ class Loop:
         if blocks.between is not None and joints is not None:
             estimate = blocks.between.refresh(joints, estimate, 0.0)
         gait, goal = blocks.gait.update(state.gait, estimate, dt)
-        watch, faults = self.watch.update(state.watch, measurement, estimate, goal, dt)
         controller, effort = blocks.controller.update(state.controller, goal, estimate, beat)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, beat)
         self._write(plant, command, sensors)
+        strain = Strain(effort, state.saturated | command.saturated) if command.tau is not None else None
+        watch, faults = self.watch.update(state.watch, measurement, estimate, goal, dt, strain)
         following = LoopState(sensors, estimator, watch, gait, controller, adapter, joints, (estimate, goal))
         return following, Tick(measurement, estimate, faults, goal, effort, command)
 
@@ -116,8 +125,9 @@ class Loop:
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, dt)
         self._write(plant, command, sensors)
         return replace(
-            state, sensors=sensors, controller=controller, adapter=adapter, joints=joints, last=(estimate, goal)
-        )
+            state, sensors=sensors, controller=controller, adapter=adapter, joints=joints, last=(estimate, goal),
+            saturated=state.saturated | command.saturated,
+        )  # fmt: skip
 
     def _write(self, plant: Cell, command: Command, sensors: SensorState) -> None:
         if command.tau is not None:

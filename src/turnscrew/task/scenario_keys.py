@@ -156,6 +156,18 @@ class Robot(Table):
     )
 
 
+class Control(Table):
+    """How a robot that takes torques shares the wrench among its fingertips."""
+
+    forces: Literal["optimal", "null-space"] = key(
+        "optimal",
+        "-",
+        "'optimal': the least squeeze that holds, within cones and joint torques, by a QP; 'null-space': (15) and (16) "
+        "with F_0 the inward normals times a squeeze. Position commands always take the latter.",
+        f"{PAPER} leaves the choice of F_0 open",
+    )
+
+
 class Start(Table):
     """Where the tool stands when the fingers have it; directions are drawn from the seed."""
 
@@ -243,6 +255,7 @@ class Scenario(Table):
     screw: Screw = Screw()
     contact: Contact = Contact()
     robot: Robot = Robot()
+    control: Control = Control()
     sense: Sense = Sense()
     vision: Vision = Vision()
     force: Force = Force()

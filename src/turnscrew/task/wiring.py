@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.random import Generator
@@ -14,7 +13,7 @@ from turnscrew.contact.tool_dynamics import ToolInertia
 from turnscrew.control.controller import Controller
 from turnscrew.control.distribution import Distribution
 from turnscrew.control.optimal_distribution import OptimalDistribution
-from turnscrew.control.servo import HybridServo
+from turnscrew.control.servo import HybridServo, torque_servo
 from turnscrew.decide.gait import Gait
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plan import GaitPlan
@@ -65,12 +64,6 @@ GAUGED_SLIP = TipSlip(noise=0.15, ripple=0.25, force_walk=0.3, torque_walk=0.03,
 """Slips by strain gauges, whose forces also hold what moving fingers leave, and come 25 ms late: fingers that let go
 shake them twice as long.  Found by trial: five runs of five rounds stay below four tenths of an alarm; with the .06 s
 of fingertip sensors each of them raises one."""
-
-
-TORQUE_GAINS: dict[str, Any] = {
-    "kp": 1000.0, "kv": 60.0, "ki": 3000.0, "integral_limit": 0.04, "kf": 1.0, "force_limit": 0.5, "side_limit": 0.005, "ease": 0.4, "measured": True,
-}  # fmt: skip
-"""placeholder"""
 
 
 @dataclass(frozen=True)
@@ -127,10 +120,12 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
 def build_controller(scenario: Scenario, robot: RobotModel, inertia: ToolInertia) -> Controller:
     """Servo and distribution for what the robot accepts."""
     friction = FRICTION_USED * scenario.contact.finger_friction * (1.0 + scenario.model.friction_error)
-    servo = HybridServo(inertia, scenario.screw.pitch)
     if scenario.robot.actuation == "position":
-        return Controller(servo, Distribution(friction))
-    return Controller(replace(servo, **TORQUE_GAINS), OptimalDistribution(robot, friction))
+        return Controller(HybridServo(inertia, scenario.screw.pitch), Distribution(friction))
+    if scenario.control.forces == "null-space":
+        # torques press as told: there is nothing for the error integral to make up for
+        return Controller(torque_servo(inertia, scenario.screw.pitch), Distribution(friction, rate=0.0))
+    return Controller(torque_servo(inertia, scenario.screw.pitch), OptimalDistribution(robot, friction))
 
 
 def build_sensors(scenario: Scenario, plan: GaitPlan) -> Sensors:
