@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from turnscrew.geometry.arrays import Array, Rows
 from turnscrew.robot.coupling import DRIVE, DRIVEN_INDEX, SELECTION
 from turnscrew.robot.joints import ARM, COUPLED, FINGERS, HAND_FINGERS, WRIST
 from turnscrew.robot.model import Dynamics
-from turnscrew.signals import Goal, Role
+from turnscrew.signals import FREE, GRIP, REACH, Goal
 
 PALM = slice(0, len(ARM) + len(WRIST))
 """Arm and wrist are the first drives."""
@@ -21,6 +21,13 @@ FINGER_DRIVES = [
     np.array([DRIVE[joint] for joint in HAND_FINGERS[finger] if joint not in COUPLED]) for finger in FINGERS
 ]
 """Drives of each finger, palm outwards."""
+
+FINGER_OF_DRIVE = np.zeros(len(DRIVEN_INDEX), dtype=np.intp)
+"""Row of the finger that a drive moves; arm and wrist, which move none alone, have 0 and are set apart."""
+for _row, _drives in enumerate(FINGER_DRIVES):
+    FINGER_OF_DRIVE[_drives] = _row
+
+PALM_ROLE = -1
 
 PALM_DAMPING = 1e-6
 """Of the palm's inverse Jacobian [m2, rad2]: a millimetre and a milliradian; the plan's postures are far from it."""
@@ -81,6 +88,13 @@ class Postures:
     push: float = 0.003
     speed: float = 2.5
     margin: float = 0.005
+    _low: Array = field(init=False, repr=False, compare=False)
+    _high: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        low, high = self.limits[DRIVEN_INDEX].T
+        object.__setattr__(self, "_low", low + self.margin)
+        object.__setattr__(self, "_high", high - self.margin)
 
     def init(self, q: Array) -> Posture:
         """Postures begin where the joints are: angles (28,) [rad]."""
@@ -99,25 +113,25 @@ class Postures:
         Returns:
             The new state, and the postures' rates (24,) [rad/s].
         """
-        rate = np.zeros(len(q))
-        J = dynamics.J_palm[:, PALM]
-        rate[PALM] = np.linalg.solve(J.T @ J + PALM_DAMPING * np.eye(PALM.stop), J[:3].T @ goal.v_palm)
-        posture = state.q.copy()
-        for row, drives in enumerate(FINGER_DRIVES):
-            role = goal.roles[row]
-            if role == Role.FREE:
-                step = (goal.q_free[DRIVEN_INDEX[drives]] - posture[drives]) / self.follow
-                rate[drives] = np.minimum(np.maximum(step, -self.speed), self.speed)
-            elif role == Role.REACH:
-                rate[drives] = self._feel(dynamics.tips.J[row, :3], drives, posture - q, goal.approach[row])
-            else:
-                posture[drives] = q[drives]
-        posture += rate * dt
-        low, high = self.limits[DRIVEN_INDEX].T
-        posture = np.minimum(np.maximum(posture, low + self.margin), high - self.margin)
+        roles = goal.roles[FINGER_OF_DRIVE]
+        roles[PALM] = PALM_ROLE
+        step = (goal.q_free[DRIVEN_INDEX] - state.q) / self.follow
+        rate = np.where(roles == FREE, np.minimum(np.maximum(step, -self.speed), self.speed), 0.0)
+        rate[PALM] = self._shift(dynamics.J_palm[:, PALM], goal.v_palm)
+        for row in np.flatnonzero(goal.roles == REACH).tolist():
+            drives = FINGER_DRIVES[row]
+            rate[drives] = self._feel(dynamics.tips.J[row, :3], drives, state.q - q, goal.approach[row])
+        posture = np.where(roles == GRIP, q, state.q) + rate * dt
+        posture = np.minimum(np.maximum(posture, self._low), self._high)
         error = (posture - q)[PALM]
         integral = np.minimum(np.maximum(state.integral + error * dt, -self.integral_limit), self.integral_limit)
         return Posture(posture, integral), rate
+
+    def _shift(self, J: Array, v: Array) -> Array:
+        """Rates (6,) of arm and wrist that move the palm at v (3,) and do not turn it."""
+        if not v.any():
+            return np.zeros(PALM.stop)
+        return np.asarray(np.linalg.solve(J.T @ J + PALM_DAMPING * np.eye(PALM.stop), J[:3].T @ v))
 
     def _feel(self, J: Array, drives: Rows, ahead: Array, approach: Array) -> Array:
         """Rates of a finger that moves its tip at `approach`, until it is told too far ahead of itself."""
@@ -130,11 +144,9 @@ class Postures:
     def accelerations(self, state: Posture, goal: Goal, q: Array, v: Array, rate: Array) -> Array:
         """Accelerations (24,) that hold the joints to their postures [rad/s2]; arguments as for `update`."""
         error, slower = state.q - q, rate - v
-        wanted = self.finger.kp * error + self.finger.kv * slower
+        away = self.guide.kp * (goal.q_guide[DRIVEN_INDEX] - q) - self.guide.kv * v
+        held = self.finger.kp * error + self.finger.kv * slower
+        wanted = np.where(goal.roles[FINGER_OF_DRIVE] == GRIP, away, held)
         for gains, part in ((self.arm, ARM_DRIVES), (self.wrist, WRIST_DRIVES)):
             wanted[part] = gains.kp * error[part] + gains.kv * slower[part] + gains.ki * state.integral[part]
-        for row, drives in enumerate(FINGER_DRIVES):
-            if goal.roles[row] == Role.GRIP:
-                away = goal.q_guide[DRIVEN_INDEX[drives]] - q[drives]
-                wanted[drives] = self.guide.kp * away - self.guide.kv * v[drives]
         return wanted

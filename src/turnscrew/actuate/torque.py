@@ -11,11 +11,13 @@ from turnscrew.actuate.postures import Posture, Postures
 from turnscrew.contact.grasp import grasp_matrix
 from turnscrew.contact.rolling_motion import contact_accelerations
 from turnscrew.geometry.arrays import Array, Rows
-from turnscrew.robot.contact_jacobian import contact_bias, contact_jacobian
+from turnscrew.robot.contact_jacobian import contact_bias
 from turnscrew.robot.coupling import DRIVEN_INDEX, SELECTION
 from turnscrew.robot.model import Dynamics, RobotModel
 from turnscrew.robot.motors import DRIVE_LIMITS
-from turnscrew.signals import Command, Effort, Estimate, Goal, Role
+from turnscrew.signals import GRIP, Command, Effort, Estimate, Goal
+
+SELECTION_T = np.ascontiguousarray(SELECTION.T)
 
 
 @dataclass(frozen=True)
@@ -33,8 +35,10 @@ class TorqueAdapter:
 
     robot: RobotModel
     postures: Postures = field(init=False)
+    _damping: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "_damping", self.robot.damping @ SELECTION)
         object.__setattr__(self, "postures", Postures(self.robot.limits))
 
     def init(self, q: Array) -> Posture:
@@ -70,16 +74,16 @@ class TorqueAdapter:
         q, v = estimate.q[DRIVEN_INDEX], estimate.v[DRIVEN_INDEX]
         state, rate = self.postures.update(state, goal, dynamics, q, dt)
         qddot = self.postures.accelerations(state, goal, q, v, rate)
-        M = SELECTION.T @ dynamics.M @ SELECTION
+        M = SELECTION_T @ dynamics.M @ SELECTION
         tau = dynamics.bias @ SELECTION
-        rows = np.flatnonzero(goal.roles == Role.GRIP)
+        rows = np.flatnonzero(goal.roles == GRIP)
         if len(rows):
-            J = contact_jacobian(dynamics.tips, rows, estimate.c_W[rows])
+            J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)[rows].reshape(-1, len(q))
             motion = JointMotion.of(M, J)
             a, V = self._contacts(effort, estimate, dynamics, rows)
             qddot, rate = motion.accelerations(a, qddot), motion.speeds(V, rate)
             tau = tau + effort.f_W[rows].ravel() @ J
-        tau = tau + M @ qddot + (self.robot.damping @ SELECTION) * rate
+        tau = tau + M @ qddot + self._damping * rate
         within = np.minimum(np.maximum(tau, -DRIVE_LIMITS), DRIVE_LIMITS)
         return state, Command(None, tau != within, within)
 

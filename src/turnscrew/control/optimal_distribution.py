@@ -9,12 +9,11 @@ import numpy as np
 from turnscrew.contact.force_sharing import Bounds, ForceSharing, Marks
 from turnscrew.contact.grasp import grasp_matrix
 from turnscrew.geometry.arrays import Array, Flags, Rows
-from turnscrew.robot.contact_jacobian import contact_jacobian
 from turnscrew.robot.coupling import DRIVEN_INDEX, SELECTION
 from turnscrew.robot.joints import ARM, FINGERS
 from turnscrew.robot.model import RobotModel
 from turnscrew.robot.motors import DRIVE_LIMITS
-from turnscrew.signals import Estimate, Goal, Role
+from turnscrew.signals import GRIP, Estimate, Goal
 
 HAND = slice(len(ARM), len(DRIVEN_INDEX))
 """Drives whose torque contact forces may exhaust: the arm's has fifty times what a fingertip asks of it."""
@@ -85,7 +84,7 @@ class OptimalDistribution:
 
         Paper: in place of (15) and (16); the error integral of IV-C is not needed where torques press as told.
         """
-        rows = np.flatnonzero((goal.roles == Role.GRIP) & (goal.share > 0))
+        rows = np.flatnonzero((goal.roles == GRIP) & (goal.share > 0))
         none = Wanted(np.zeros((5, 3)), F_hd, np.full(5, np.nan), np.zeros(len(DRIVEN_INDEX), dtype=bool))
         if len(rows) == 0:
             return self.init(), none
@@ -105,8 +104,8 @@ class OptimalDistribution:
 
     def _bounds(self, goal: Goal, estimate: Estimate, rows: Rows) -> Bounds:
         dynamics = self.robot.dynamics(estimate.q, estimate.v)
-        J = contact_jacobian(dynamics.tips, rows, estimate.c_W[rows])
-        rest = (SELECTION.T @ dynamics.bias)[HAND]
+        J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)[rows].reshape(-1, len(DRIVEN_INDEX))
+        rest = (dynamics.bias @ SELECTION)[HAND]
         room = self.torque * DRIVE_LIMITS[HAND]
         share = goal.share[rows]
         return Bounds(self.friction, self.least * share, self.most * share, J.T[HAND], -room - rest, room - rest)

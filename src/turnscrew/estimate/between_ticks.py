@@ -6,17 +6,18 @@ the last tick; joint angles and speeds come from the encoders at the faster pace
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import exp_so3
-from turnscrew.robot.contact_jacobian import contact_jacobian
 from turnscrew.robot.coupling import DRIVEN_INDEX
 from turnscrew.robot.joints import ARM, JOINTS
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import Estimate
+
+EYE = np.eye(3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,18 +41,19 @@ class BetweenTicks:
         time: Time constant [s]: at 500 Hz, 10 ms leave half of the encoders' noise in q, and in v .05 deg / 10 ms times
             .3, 1.5 deg/s; the 20 ms by which v is late are .2 rad at the 10 rad/s of the arm's loop.
         prior: Weight of "it does not turn" against a contact's speed [m2]: (2 mm)^2 beside levers of 18 mm and more.
+        arm_time: Time constant of the arm's joints [s], whose noise is a metre from the fingertips.
     """
 
     robot: RobotModel
     pitch: float
-    arm_time: float = 0.030
     time: float = 0.010
     prior: float = 4e-6
+    arm_time: float = 0.030
+    _times: Array = field(init=False, repr=False, compare=False)
 
-    @property
-    def times(self) -> Array:
-        """(28,) time constants [s]."""
-        return np.where(np.arange(len(JOINTS)) < len(ARM), self.arm_time, self.time)
+    def __post_init__(self) -> None:
+        times = np.where(np.arange(len(JOINTS)) < len(ARM), self.arm_time, self.time)
+        object.__setattr__(self, "_times", times)
 
     def init(self, q: Array) -> JointState:
         """At rest at encoder angles q (28,)."""
@@ -59,7 +61,7 @@ class BetweenTicks:
 
     def read(self, state: JointState, reading: Array, dt: float) -> JointState:
         """Takes a reading: encoder angles (28,) [rad], dt [s] after the last."""
-        keep = np.exp(-dt / self.times)
+        keep = np.exp(-dt / self._times)
         predicted = state.q + dt * state.v
         error = reading - predicted
         return JointState(predicted + (1.0 - keep * keep) * error, state.v + (1.0 - keep) ** 2 / dt * error)
@@ -84,11 +86,9 @@ class BetweenTicks:
         rows = np.flatnonzero(estimate.touching)
         if len(rows) < 2:
             return np.zeros(3)
-        tips = self.robot.dynamics(q, v).tips
-        c_W = estimate.c_W[rows]
-        V = (contact_jacobian(tips, rows, c_W) @ v[DRIVEN_INDEX]).reshape(-1, 3)
-        r = c_W - estimate.p_WT
+        V = self.robot.contact_jacobians(q, v, estimate.c_W)[rows] @ v[DRIVEN_INDEX]
+        r = estimate.c_W[rows] - estimate.p_WT
         L, S = r.T @ r, r.T @ V
-        A = (L[0, 0] + L[1, 1] + L[2, 2] + self.prior) * np.eye(3) - L
+        A = (L[0, 0] + L[1, 1] + L[2, 2] + self.prior) * EYE - L
         b = np.array([S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]])
         return np.asarray(np.linalg.solve(A, b))

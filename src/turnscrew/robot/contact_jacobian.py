@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from turnscrew.geometry.arrays import Array, Rows
 from turnscrew.geometry.rotations import cross_rows
 from turnscrew.robot.coupling import SELECTION
-from turnscrew.robot.model import Dynamics, Fingertips
+
+if TYPE_CHECKING:
+    from turnscrew.robot.model import Dynamics, Fingertips
+
+ALL = slice(None)
 
 
 def contact_jacobian(tips: Fingertips, rows: Rows, c_W: Array) -> Array:
@@ -21,6 +27,11 @@ def contact_jacobian(tips: Fingertips, rows: Rows, c_W: Array) -> Array:
     Returns:
         (3k, 24), three rows a finger, in W.
     """
+    return contact_jacobians(tips, c_W, rows).reshape(-1, SELECTION.shape[1])
+
+
+def contact_jacobians(tips: Fingertips, c_W: Array, rows: Rows | slice = ALL) -> Array:
+    """The same for all fingers or some, apart: (k, 3, 24)."""
     J = tips.J[rows]
     r = c_W - tips.p_WF[rows]
     x, y, z = r[:, 0, None], r[:, 1, None], r[:, 2, None]
@@ -30,7 +41,7 @@ def contact_jacobian(tips: Fingertips, rows: Rows, c_W: Array) -> Array:
     at[:, 0] += B * z - C * y
     at[:, 1] += C * x - A * z
     at[:, 2] += A * y - B * x
-    return np.asarray(at.reshape(-1, J.shape[2]) @ SELECTION)
+    return np.asarray(at @ SELECTION)
 
 
 def contact_bias(dynamics: Dynamics, v: Array, rows: Rows, c_W: Array, cdot_W: Array) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.arm import LINKS, add_arm
+from turnscrew.robot.contact_jacobian import contact_jacobians
 from turnscrew.robot.hand import TIP_RADIUS, attach_hand, check_joint_order, torque_limit
 from turnscrew.robot.joints import ARM, COUPLED, FINGERS, INDEX, JOINTS
 
@@ -90,6 +91,7 @@ class RobotModel:
         self.limits = self._model.jnt_range[: len(JOINTS)].copy()
         self.damping = self._model.dof_damping[: len(JOINTS)].copy()
         self._dynamics: tuple[Array, Array, Dynamics] | None = None
+        self._contacts: tuple[Dynamics, Array, Array] | None = None
         self.torque_limits = np.array(
             [*(link.torque for link in LINKS), *(0.0 if n in COUPLED else torque_limit(n) for n in JOINTS[len(ARM) :])]
         )
@@ -169,6 +171,13 @@ class RobotModel:
         result = Dynamics(tips, M, bias, J_palm, Jdot @ v)
         self._dynamics = q, v, result
         return result
+
+    def contact_jacobians(self, q: Array, v: Array, c_W: Array) -> Array:
+        """`contact_jacobians` (5, 3, 24) of all fingertips at contacts c_W (5, 3) [m]; kept as `dynamics` is."""
+        dynamics = self.dynamics(q, v)
+        if self._contacts is None or self._contacts[0] is not dynamics or self._contacts[1] is not c_W:
+            self._contacts = dynamics, c_W, contact_jacobians(dynamics.tips, c_W)
+        return self._contacts[2]
 
     def mass_matrix(self, q: Array) -> Array:
         """M_r (28, 28) of (18) with the drives' reflected inertia [kg.m2]."""

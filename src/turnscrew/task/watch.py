@@ -11,7 +11,7 @@ import numpy as np
 from turnscrew.geometry.arrays import Flags
 from turnscrew.geometry.euler import tilt
 from turnscrew.robot.joints import DRIVEN
-from turnscrew.signals import Effort, Estimate, Fault, FaultKind, Goal, Measurement, Role, Vision
+from turnscrew.signals import GRIP, Effort, Estimate, Fault, FaultKind, Goal, Measurement, Vision
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +148,7 @@ class Watch:
         off = float(np.hypot(*(estimate.p_WT - estimate.p_WS)[:2]))
         if off > self.off_centre:
             yield FaultKind.TIP_SLIP, f"the tip is {off * 1e3:.1f} mm from the drive's centre"
-        if state.unheld > self.unheld and int((goal.roles == Role.GRIP).sum()) >= 2:
+        if state.unheld > self.unheld and int((goal.roles == GRIP).sum()) >= 2:
             yield FaultKind.CONTACT_LOST, f"fewer than two fingertips touch since {state.unheld:.2f} s"
         if turned < self.least_turn:
             yield FaultKind.STALLED, f"a round turned the screw by {np.degrees(turned):.1f} deg only"

@@ -66,6 +66,10 @@ shake them twice as long.  Found by trial: five runs of five rounds stay below f
 of fingertip sensors each of them raises one."""
 
 
+SUPPORT_SPEED = 0.35
+"""Turning speed while FF and RF hold the handle, for a robot that takes torques [rad/s]: 6 deg in .4 s."""
+
+
 @dataclass(frozen=True)
 class Blocks:
     """The loop's blocks and their parameters."""
@@ -110,7 +114,7 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
     return Blocks(
         sensors=build_sensors(scenario, plan),
         estimator=build_estimator(scenario, plan, robot, inertia, believed_radius),
-        gait=Gait(plan, Placing(robot, plan), scenario.speed.turning),
+        gait=Gait(plan, Placing(robot, plan), scenario.speed.turning, support_speed=SUPPORT_SPEED if torque else 0.0),
         controller=build_controller(scenario, robot, inertia),
         adapter=TorqueAdapter(robot) if torque else PositionAdapter(robot),
         between=BetweenTicks(robot, scenario.screw.pitch) if torque else None,
