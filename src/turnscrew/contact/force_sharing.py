@@ -51,7 +51,7 @@ class Bounds:
     """What the forces may be.
 
     Attributes:
-        friction: Coefficient counted with.
+        friction: (k,) coefficients counted with.
         least: (k,) least pressing force [N], at least 0.
         most: (k,) largest pressing force [N].
         T: (m, 3k) joint torques of the contact forces, rows of J^T.
@@ -59,7 +59,7 @@ class Bounds:
         torque_most: (m,) the largest [N.m].
     """
 
-    friction: float
+    friction: Array
     least: Array
     most: Array
     T: Array

@@ -37,13 +37,13 @@ def split(f_W: Array, n_W: Array) -> tuple[Array, Array]:
     return pressing, np.sqrt((along * along).sum(axis=1))
 
 
-def cone_margin(f_W: Array, n_W: Array, mu: float) -> Array:
+def cone_margin(f_W: Array, n_W: Array, mu: float | Array) -> Array:
     """By how much each contact force is inside its cone: `mu f_n - |f_t|`, (k,) [N]; negative outside.
 
     Args:
         f_W: (k, 3) forces of the fingertips on the tool, in W [N].
         n_W: (k, 3) handle's outward unit normals, in W.
-        mu: Coefficient of friction.
+        mu: Coefficient of friction, one for all or (k,).
     """
     pressing, along = split(f_W, n_W)
     return mu * pressing - along
@@ -77,12 +77,12 @@ def polyhedral_cone(n_W: Array, mu: float, sides: int = 8) -> Array:
     return np.outer(np.cos(angles), t1) + np.outer(np.sin(angles), t2) + mu * cos(pi / sides) * n_W
 
 
-def polyhedral_cones(n_W: Array, mu: float, sides: int = 8) -> Array:
+def polyhedral_cones(n_W: Array, mu: Array, sides: int = 8) -> Array:
     """Rows of an inner pyramid for each of several contacts, as `polyhedral_cone` gives them for one, in one pass.
 
     Args:
         n_W: (k, 3) handle's outward unit normals, in W.
-        mu: Coefficient of friction.
+        mu: (k,) coefficients of friction.
         sides: Number of faces, at least 3.
 
     Returns:
@@ -93,7 +93,7 @@ def polyhedral_cones(n_W: Array, mu: float, sides: int = 8) -> Array:
     t1 /= np.sqrt((t1 * t1).sum(axis=1))[:, None]
     t2 = cross_rows(n_W, t1)
     cosines, sines = _polygon(sides)
-    rows: Array = cosines * t1[:, None] + sines * t2[:, None] + (mu * cos(pi / sides)) * n_W[:, None]
+    rows: Array = cosines * t1[:, None] + sines * t2[:, None] + (cos(pi / sides) * mu)[:, None, None] * n_W[:, None]
     return rows
 
 

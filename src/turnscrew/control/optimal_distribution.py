@@ -18,6 +18,9 @@ from turnscrew.signals import GRIP, Estimate, Goal
 HAND = slice(len(ARM), len(DRIVEN_INDEX))
 """Drives whose torque contact forces may exhaust: the arm's has fifty times what a fingertip asks of it."""
 
+FIRST = 0.1
+"""Share up to which a finger counts as one that has just touched."""
+
 
 @dataclass(frozen=True, slots=True)
 class Shared:
@@ -54,6 +57,9 @@ class OptimalDistribution:
         most: Largest pressing force of a finger with its whole share [N]; Shadow's fingertips stand 5-8 N for long and
             more for a moment.
         least: Least pressing force of a finger with its whole share [N]: an accidental touch does not lift it off.
+        first: The same with a tenth of its share [N]: twice what it touches with.
+        firm: Share from which on a finger may use all its friction: one that still carries across its normal while it
+            hardly presses any more slides off at the end, and shakes the tool.
         torque: Share of a drive's torque that contact forces may use: what is left moves the finger.
         sharing: Weights of the program.
     """
@@ -62,6 +68,8 @@ class OptimalDistribution:
     friction: float = 0.6
     most: float = 12.0
     least: float = 1.0
+    first: float = 1.0
+    firm: float = 0.5
     torque: float = 0.9
     sharing: ForceSharing = field(default_factory=ForceSharing)
 
@@ -108,4 +116,10 @@ class OptimalDistribution:
         rest = (dynamics.bias @ SELECTION)[HAND]
         room = self.torque * DRIVE_LIMITS[HAND]
         share = goal.share[rows]
-        return Bounds(self.friction, self.least * share, self.most * share, J.T[HAND], -room - rest, room - rest)
+        friction = self.friction * np.minimum(share / self.firm, 1.0)
+        return Bounds(friction, self.least * share, self._most(share), J.T[HAND], -room - rest, room - rest)
+
+    def _most(self, share: Array) -> Array:
+        """Largest pressing forces [N]: `first` for who has just touched, then with the square of the share."""
+        more = np.maximum(share - FIRST, 0.0) / (1.0 - FIRST)
+        return np.asarray(np.minimum(share / FIRST, 1.0) * self.first + more * more * (self.most - self.first))

@@ -100,6 +100,17 @@ class Gait:
     stop: float = 0.02
     support_speed: float = 0.0
 
+    def faster(self, factor: float) -> Gait:
+        """The same gait with its times divided by a factor, but for what touches: feeling gains 1.7 times at most.
+
+        At 25 mm/s a fingertip touches with 3.5 N, a little less than it then grips with.
+        """
+        names = ("ramp", "settle", "add", "take", "leave", "relocate")
+        times = {name: getattr(self, name) / factor for name in names}
+        return replace(
+            self, **times, closing=self.closing * min(factor, 1.7), support_speed=self.support_speed * factor
+        )
+
     def init(self) -> GaitState:
         """Thumb and middle finger hold the tool at the roll's start."""
         q = self.plan.rolling(0.0)

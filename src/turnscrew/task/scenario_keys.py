@@ -220,6 +220,14 @@ class Speed(Table):
         ge=0.05,
         le=6.0,
     )
+    gait: float = key(
+        1.0,
+        "-",
+        "How much faster than at leisure fingers come, take over, leave and go back.",
+        "at leisure a round takes 3.7 s",
+        ge=0.25,
+        le=4.0,
+    )
 
 
 class Model(Table):

@@ -111,10 +111,11 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
     """The loop's blocks, told what the robot is told."""
     inertia = believed_inertia(scenario, believed_radius)
     torque = scenario.robot.actuation == "torque"
+    gait = Gait(plan, Placing(robot, plan), scenario.speed.turning, support_speed=SUPPORT_SPEED if torque else 0.0)
     return Blocks(
         sensors=build_sensors(scenario, plan),
         estimator=build_estimator(scenario, plan, robot, inertia, believed_radius),
-        gait=Gait(plan, Placing(robot, plan), scenario.speed.turning, support_speed=SUPPORT_SPEED if torque else 0.0),
+        gait=gait.faster(scenario.speed.gait),
         controller=build_controller(scenario, robot, inertia),
         adapter=TorqueAdapter(robot) if torque else PositionAdapter(robot),
         between=BetweenTicks(robot, scenario.screw.pitch) if torque else None,
