@@ -132,9 +132,9 @@ def test_a_feeling_finger_is_told_no_further_ahead_than_its_push():
     approach = np.zeros((5, 3))
     approach[1] = [0.0, 0.015, 0.0]
     goal = goal_of(roles=np.array([0, Role.REACH, 0, 0, 0]), approach=approach, q_free=Q, q_guide=Q)
-    state, drives = ADAPTER.init(Q), FINGER_DRIVES[1]
+    state, drives, estimate = ADAPTER.init(Q), FINGER_DRIVES[1], held()
     for _ in range(1000):
-        state, _ = ADAPTER.update(state, goal, NO_EFFORT, held(), DT)
+        state, _ = ADAPTER.update(state, goal, NO_EFFORT, estimate, DT)
     J = (ROBOT.fingertips(Q).J[1, :3] @ SELECTION)[:, drives]
     ahead = np.linalg.norm(J @ (state.q - Q[DRIVEN_INDEX])[drives])
     # one beat of 15 mm/s beyond the leash

@@ -42,10 +42,12 @@ class Posture:
 
     Attributes:
         q: (24,) postures that are held to, in joint angles [rad]; of a gripping finger, where it is.
+        rate: (24,) their rates [rad/s].
         integral: (6,) of the errors of arm and wrist [rad.s].
     """
 
     q: Array
+    rate: Array
     integral: Array
 
 
@@ -75,6 +77,7 @@ class Postures:
         push: How far a finger that feels for the handle may be told ahead of itself [m].
         speed: Fastest motion of a free joint [rad/s]: Shadow's joints reach 2-4 rad/s; at 2.5 the coupled joints'
             damping takes .5 of their .72 N.m.
+        acceleration: Largest of a free joint's posture [rad/s2]: .15 N.m for the .0025 kg.m2 of a coupled pair.
         margin: Distance that postures keep from the joint limits [rad].
     """
 
@@ -87,6 +90,7 @@ class Postures:
     follow: float = 0.02
     push: float = 0.003
     speed: float = 2.5
+    acceleration: float = 60.0
     margin: float = 0.005
     _low: Array = field(init=False, repr=False, compare=False)
     _high: Array = field(init=False, repr=False, compare=False)
@@ -98,7 +102,7 @@ class Postures:
 
     def init(self, q: Array) -> Posture:
         """Postures begin where the joints are: angles (28,) [rad]."""
-        return Posture(q[DRIVEN_INDEX], np.zeros(PALM.stop))
+        return Posture(q[DRIVEN_INDEX], np.zeros(len(DRIVEN_INDEX)), np.zeros(PALM.stop))
 
     def update(self, state: Posture, goal: Goal, dynamics: Dynamics, q: Array, dt: float) -> tuple[Posture, Array]:
         """Moves the postures on.
@@ -115,8 +119,13 @@ class Postures:
         """
         roles = goal.roles[FINGER_OF_DRIVE]
         roles[PALM] = PALM_ROLE
-        step = (goal.q_free[DRIVEN_INDEX] - state.q) / self.follow
-        rate = np.where(roles == FREE, np.minimum(np.maximum(step, -self.speed), self.speed), 0.0)
+        left = goal.q_free[DRIVEN_INDEX] - state.q
+        # no faster than from where it can still brake
+        brake = np.sqrt(2.0 * self.acceleration * np.abs(left))
+        step = np.minimum(np.maximum(left / self.follow, -brake), brake)
+        change = self.acceleration * dt
+        low, high = np.maximum(state.rate - change, -self.speed), np.minimum(state.rate + change, self.speed)
+        rate = np.where(roles == FREE, np.minimum(np.maximum(step, low), high), 0.0)
         rate[PALM] = self._shift(dynamics.J_palm[:, PALM], goal.v_palm)
         for row in np.flatnonzero(goal.roles == REACH).tolist():
             drives = FINGER_DRIVES[row]
@@ -125,7 +134,7 @@ class Postures:
         posture = np.minimum(np.maximum(posture, self._low), self._high)
         error = (posture - q)[PALM]
         integral = np.minimum(np.maximum(state.integral + error * dt, -self.integral_limit), self.integral_limit)
-        return Posture(posture, integral), rate
+        return Posture(posture, rate, integral), rate
 
     def _shift(self, J: Array, v: Array) -> Array:
         """Rates (6,) of arm and wrist that move the palm at v (3,) and do not turn it."""
