@@ -6,7 +6,7 @@ hand).  Per-finger arrays have five rows in the order of `FINGERS`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 
 import numpy as np
@@ -126,6 +126,10 @@ class Role(IntEnum):
     GRIP = 2
 
 
+FREE, REACH, GRIP = int(Role.FREE), int(Role.REACH), int(Role.GRIP)
+"""The roles as plain numbers, with which arrays are compared in a tenth of the time."""
+
+
 @dataclass(frozen=True, slots=True)
 class Goal:
     """What the loop wants of the tool and of each finger at a tick.
@@ -162,29 +166,42 @@ class Effort:
     """What the contacts are to do.
 
     Attributes:
-        nu_d: (6,) reference velocity of T in T, linear first: the servo's acceleration, integrated [m/s, rad/s].
+        nu_d: (6,) wanted velocity of T in T, linear first [m/s, rad/s]: for position commands the servo's acceleration,
+            integrated.
         f_W: (5, 3) wanted force of each gripping fingertip on the tool, in W [N].
         F_hd: (6,) wanted wrench of the hand on the tool, in T, force first [N, N.m].
+        alpha: (6,) the servo's acceleration of T in T, linear first [m/s2, rad/s2].
+        lost: (6,) part of F_hd that the contact forces do not give, in T [N, N.m].
+        margin: (5,) by how much each contact force is inside the cone of the friction counted with [N]; not a number
+            where no finger grips, or where nobody has worked it out.
+        limited: (24,) which drives' torques hold the contact forces back.
     """
 
     nu_d: Array
     f_W: Array
     F_hd: Array
+    alpha: Array = field(default_factory=lambda: np.zeros(6))
+    lost: Array = field(default_factory=lambda: np.zeros(6))
+    margin: Array = field(default_factory=lambda: np.full(5, np.nan))
+    limited: Flags = field(default_factory=lambda: np.zeros(24, dtype=bool))
 
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """What this robot accepts.
+    """What this robot accepts: positions or torques, in the order of `turnscrew.robot.joints.DRIVEN`.
 
     Attributes:
-        q: (24,) position commands in encoder angles, in the order of `turnscrew.robot.joints.DRIVEN` [rad].
-        saturated: (24,) which commands were held back by a joint range.
-        motion: (28,) by how much the joints should move until the next tick, loads as expected [rad].
+        q: (24,) position commands in encoder angles [rad]; None for a robot that takes torques.
+        saturated: (24,) which commands were held back, by a joint's range or a drive's torque.
+        tau: (24,) torque commands [N.m]; None for a robot that takes positions.
+        motion: (28,) by how much the joints should move until the next tick, loads as expected [rad]; None for a robot
+            that takes torques, whose joints are read more often than that.
     """
 
-    q: Array
+    q: Array | None
     saturated: Flags
-    motion: Array
+    tau: Array | None = None
+    motion: Array | None = None
 
 
 class FaultKind(StrEnum):

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rigs.messages import estimate_of, goal_of
 
 from turnscrew.contact.tool_dynamics import ToolInertia
-from turnscrew.control.servo import HybridServo
+from turnscrew.control.servo import HybridServo, torque_servo
 from turnscrew.geometry.euler import euler_from_matrix, matrix_from_euler
 from turnscrew.geometry.rotations import exp_so3
 
@@ -80,3 +82,45 @@ def test_the_yaw_error_is_taken_the_short_way_round(start):
     track = follow(np.array([0.0, 0.0, start]), -1.0 if start < 0 else 1.0, 1.5)
     steps = np.diff(np.unwrap(track[:, 2]))
     assert np.abs(steps).max() < 1.5 * DT
+
+
+TORQUE = torque_servo(TOOL, pitch=0.0007)
+
+
+def settled(estimate):
+    """The state of a servo whose gains have grown."""
+    return replace(TORQUE.init(estimate), age=TORQUE.ease)
+
+
+def test_torques_brake_the_tools_own_rate():
+    still, leaning = estimate_of(), estimate_of(nu=np.array([0.0, 0, 0, 0.1, 0, 0]))
+    state, nu_d, _ = TORQUE.update(settled(still), goal_of(turn_rate=-1.0), leaning, DT)
+    np.testing.assert_allclose(state.alpha[3], -TORQUE.kv * 0.1, rtol=1e-6)
+    # what is wanted is the goal's rate, whatever the tool does
+    np.testing.assert_allclose(nu_d[3:], [0, 0, -1.0], atol=1e-12)
+
+
+def test_torque_gains_are_those_of_a_damped_spring():
+    servo = torque_servo(TOOL, 0.0007, frequency=20.0, damping=0.7)
+    poles = np.roots([1.0, servo.kv, servo.kp])
+    np.testing.assert_allclose(np.abs(poles), 20.0)
+    np.testing.assert_allclose(-poles.real / 20.0, 0.7)
+
+
+def test_the_gains_grow_while_the_estimate_settles():
+    leaning = estimate_of(R_WT=exp_so3(np.array([0.03, 0.0, 0.0])))
+    state, sizes = TORQUE.init(leaning), []
+    for _ in range(100):
+        state, _, _ = TORQUE.update(state, goal_of(), leaning, DT)
+        sizes.append(np.linalg.norm(state.alpha))
+    assert sizes[0] < 0.05 * sizes[-1]
+    assert sizes[-1] > 0.9 * TORQUE.kp * 0.03
+
+
+def test_biased_readings_move_the_wanted_force_by_half_a_newton_at_most():
+    biased = estimate_of(F_s=np.array([0.0, 0, 1.0, 0, 0.02, 0.03]))
+    state = settled(biased)
+    for _ in range(3000):
+        state, _, F_hd = TORQUE.update(state, goal_of(tip_force=5.0), biased, DT)
+    assert -F_hd[2] + 0.08 * 9.81 == pytest.approx(5.0 + TORQUE.force_limit)
+    assert -F_hd[4] == pytest.approx(TORQUE.side_limit)

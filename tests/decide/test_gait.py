@@ -36,12 +36,12 @@ def standing(**changes):
     return estimate_of(**{**rest, **changes})
 
 
-def play(rounds=1, touching=TOUCHING):
+def play(rounds=1, touching=TOUCHING, gait=GAIT):
     """Goals of an undisturbed gait whose free fingers are where they are sent; also the phases in order."""
-    state, goals, q = GAIT.init(), [], PLAN.rolling(0.0)
+    state, goals, q = gait.init(), [], PLAN.rolling(0.0)
     for _ in range(3000):
         estimate = standing(q=q, touching=touching[state.phase])
-        state, goal = GAIT.update(state, estimate, DT)
+        state, goal = gait.update(state, estimate, DT)
         q = goal.q_free
         goals.append(goal)
         if goal.round >= rounds:
@@ -144,3 +144,20 @@ def test_the_blend_is_flat_at_both_ends():
     assert (smooth(-1.0), smooth(0.0), smooth(0.5), smooth(1.0), smooth(2.0)) == (0.0, 0.0, 0.5, 1.0, 1.0)
     # the slope grows with the square of the distance from an end: 30 h^2
     assert smooth(h) / h < 31 * h**2
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.5])
+def test_the_supporting_pair_may_turn_on_while_the_others_go_back(factor):
+    goals = play(1, gait=replace(GAIT, support_speed=0.2).faster(factor))
+    assert {goal.phase for goal in goals if goal.turn_rate != 0.0} == {Phase.ROLL, Phase.RELOCATE}
+    back = np.array([goal.turn_rate for goal in goals if goal.phase == Phase.RELOCATE])
+    # two ramps of .1 s take a quarter of .4 s; ticks of .01 s are coarse for a way back of .16 s
+    assert -back.sum() * DT == pytest.approx(0.2 * 0.3, rel=0.1)
+    assert np.abs(np.diff(back)).max() <= 0.2 * factor * DT / (0.1 / factor) + 1e-9
+
+
+def test_a_faster_gait_takes_its_times_divided():
+    fast = [goal for goal in play(1, gait=GAIT.faster(2.5)) if goal.phase not in (Phase.SETTLE, Phase.ROLL)]
+    slow = [goal for goal in play(1) if goal.phase not in (Phase.SETTLE, Phase.ROLL)]
+    # eight phases, each a tick longer than its time at most
+    assert len(fast) == pytest.approx(len(slow) / 2.5, abs=8)

@@ -107,7 +107,7 @@ def test_value_beyond_its_range_is_refused_with_the_range(name: str) -> None:
         ("goal.rounds=0", "goal.rounds = 0: must be a whole number, at least 1"),
         ("screw.thread.law=rusty", "screw.thread.law = 'rusty': must be one of 'elastic', 'self-locking'"),
         ("sense.calibration_error=[0.001]", "sense.calibration_error"),
-        ("robot.actuation=torque", "robot.actuation = 'torque': not yet, it comes with torque control"),
+        ("robot.actuation=hydraulic", "robot.actuation = 'hydraulic': must be one of 'position', 'torque'"),
         ("tool.mass", "'tool.mass': an override is key=value"),
         ("=3", "'=3': an override is key=value"),
         ("tool.blade_thickness=0.002", "tool.blade_thickness = 0.002: must be below screw.slot_width"),

@@ -9,8 +9,9 @@ import pytest
 from rigs.messages import estimate_of, goal_of
 
 from turnscrew.geometry.rotations import exp_so3
-from turnscrew.signals import FaultKind, Measurement, Role, Vision
-from turnscrew.task.watch import Watch
+from turnscrew.robot.joints import DRIVEN
+from turnscrew.signals import Effort, FaultKind, Measurement, Role, Vision
+from turnscrew.task.watch import Strain, Watch
 
 WATCH = Watch(time_limit=10.0)
 DT = 0.01
@@ -133,3 +134,20 @@ def test_evidence_tells_the_figure():
     tilted = estimate_of(R_WT=exp_so3(np.array([np.radians(20), 0, 0])))
     _, (fault,) = WATCH.update(WATCH.init(), measured(1.0), tilted, goal_of(), DT)
     assert "20.0 deg" in fault.evidence
+
+
+def test_a_drive_at_its_limit_is_named_once_with_what_is_left_out():
+    lost = np.array([0.0, 0.0, -1.5, 0.0, 0.0, -0.02])
+    limited = np.array([name == "MFJ2" for name in DRIVEN])
+    strained = Strain(Effort(np.zeros(6), np.zeros((5, 3)), lost, lost=lost, limited=limited), limited & False)
+    cut = Strain(Effort(np.zeros(6), np.zeros((5, 3)), np.zeros(6)), limited)
+    easy = Strain(Effort(np.zeros(6), np.zeros((5, 3)), np.zeros(6)), limited & False)
+    state, found = WATCH.init(), []
+    for i, strain in enumerate((easy, strained, strained, easy, cut)):
+        state, faults = WATCH.update(
+            state, measured(i * DT), estimate_of(touching=HELD), goal_of(roles=GRIP), DT, strain
+        )  # fmt: skip
+        found += faults
+    assert [fault.kind for fault in found] == [FaultKind.TORQUE_SATURATED] * 2
+    assert not any(fault.ends for fault in found)
+    assert found[0].evidence == "MFJ2 at the limit: 1.5 N and 0.020 N.m are left out"

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
-from turnscrew.robot.joints import ARM, COUPLED, DRIVEN, FINGERS, INDEX, WRIST, finger_joints
+from turnscrew.robot.coupling import DRIVEN_INDEX
+from turnscrew.robot.joints import ARM, COUPLED, FINGERS, INDEX, WRIST, finger_joints
 from turnscrew.robot.model import Fingertips, RobotModel, driven_jacobian
 from turnscrew.robot.servos import stiffness_vector
 from turnscrew.signals import Command, Effort, Estimate, Goal, Role
 
-DRIVEN_INDEX = np.array([INDEX[name] for name in DRIVEN])
 PALM_JOINTS = np.array([INDEX[name] for name in (*ARM, *WRIST)])
 FINGER_JOINTS = [np.array(finger_joints(finger)) for finger in FINGERS]
 
@@ -129,4 +129,4 @@ class PositionAdapter:
             bend[INDEX[leader]] += bend[INDEX[follower]]
         wanted = q[DRIVEN_INDEX] + bend[DRIVEN_INDEX] / stiffness_vector()
         low, high = limits[DRIVEN_INDEX].T
-        return q, Command(np.clip(wanted, low, high), (wanted < low) | (wanted > high), q - before)
+        return q, Command(np.clip(wanted, low, high), (wanted < low) | (wanted > high), motion=q - before)

@@ -6,12 +6,14 @@ when its tangential part is at most mu f_n.
 
 from __future__ import annotations
 
+from functools import cache
 from math import cos, inf, pi, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from turnscrew.geometry.arrays import Array, Flags
+from turnscrew.geometry.rotations import cross_rows
 
 EMPTY = (inf, -inf)
 """The interval without a point."""
@@ -35,13 +37,13 @@ def split(f_W: Array, n_W: Array) -> tuple[Array, Array]:
     return pressing, np.sqrt((along * along).sum(axis=1))
 
 
-def cone_margin(f_W: Array, n_W: Array, mu: float) -> Array:
+def cone_margin(f_W: Array, n_W: Array, mu: float | Array) -> Array:
     """By how much each contact force is inside its cone: `mu f_n - |f_t|`, (k,) [N]; negative outside.
 
     Args:
         f_W: (k, 3) forces of the fingertips on the tool, in W [N].
         n_W: (k, 3) handle's outward unit normals, in W.
-        mu: Coefficient of friction.
+        mu: Coefficient of friction, one for all or (k,).
     """
     pressing, along = split(f_W, n_W)
     return mu * pressing - along
@@ -73,6 +75,33 @@ def polyhedral_cone(n_W: Array, mu: float, sides: int = 8) -> Array:
     t2 = np.array([n_W[1] * t1[2] - n_W[2] * t1[1], n_W[2] * t1[0] - n_W[0] * t1[2], n_W[0] * t1[1] - n_W[1] * t1[0]])
     angles = 2.0 * pi / sides * np.arange(sides)
     return np.outer(np.cos(angles), t1) + np.outer(np.sin(angles), t2) + mu * cos(pi / sides) * n_W
+
+
+def polyhedral_cones(n_W: Array, mu: Array, sides: int = 8) -> Array:
+    """Rows of an inner pyramid for each of several contacts, as `polyhedral_cone` gives them for one, in one pass.
+
+    Args:
+        n_W: (k, 3) handle's outward unit normals, in W.
+        mu: (k,) coefficients of friction.
+        sides: Number of faces, at least 3.
+
+    Returns:
+        (k, sides, 3).
+    """
+    axis = np.eye(3)[np.abs(n_W).argmin(axis=1)]
+    t1 = axis - (axis * n_W).sum(axis=1)[:, None] * n_W
+    t1 /= np.sqrt((t1 * t1).sum(axis=1))[:, None]
+    t2 = cross_rows(n_W, t1)
+    cosines, sines = _polygon(sides)
+    rows: Array = cosines * t1[:, None] + sines * t2[:, None] + (cos(pi / sides) * mu)[:, None, None] * n_W[:, None]
+    return rows
+
+
+@cache
+def _polygon(sides: int) -> tuple[Array, Array]:
+    """Cosines and sines (sides, 1) of equal angles."""
+    angles = (2.0 * pi / sides * np.arange(sides))[:, None]
+    return np.cos(angles), np.sin(angles)
 
 
 class Scaling(NamedTuple):

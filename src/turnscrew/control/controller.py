@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from turnscrew.control.distribution import Distribution
+from turnscrew.control.optimal_distribution import OptimalDistribution
 from turnscrew.control.servo import HybridServo, ServoState
-from turnscrew.geometry.arrays import Array
 from turnscrew.signals import Effort, Estimate, Goal
 
 
@@ -15,15 +16,15 @@ class ControllerState:
     """State of servo and distribution."""
 
     servo: ServoState
-    squeeze: Array
+    shared: Any
 
 
 @dataclass(frozen=True)
 class Controller:
-    """What the contacts are to do: (8)-(11), then (15)-(16)."""
+    """What the contacts are to do: (8)-(11), then (15)-(16) or the optimal forces in their place."""
 
     servo: HybridServo
-    distribution: Distribution
+    distribution: Distribution | OptimalDistribution
 
     def init(self, estimate: Estimate) -> ControllerState:
         """Nothing asked for yet."""
@@ -34,5 +35,9 @@ class Controller:
     ) -> tuple[ControllerState, Effort]:
         """One tick; see `HybridServo.update` and `Distribution.update`."""
         servo, nu_d, F_hd = self.servo.update(state.servo, goal, estimate, dt)
-        squeeze, f_W = self.distribution.update(state.squeeze, goal, estimate, F_hd, dt)
-        return ControllerState(servo, squeeze), Effort(nu_d, f_W, F_hd)
+        if isinstance(self.distribution, Distribution):
+            integral, f_W = self.distribution.update(state.shared, goal, estimate, F_hd, dt)
+            return ControllerState(servo, integral), Effort(nu_d, f_W, F_hd, servo.alpha)
+        shared, wanted = self.distribution.update(state.shared, goal, estimate, F_hd, dt)
+        effort = Effort(nu_d, wanted.f_W, F_hd, servo.alpha, wanted.lost, wanted.margin, wanted.limited)
+        return ControllerState(servo, shared), effort

@@ -9,7 +9,7 @@ import numpy as np
 from turnscrew.contact.grasp import grasp
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.joints import FINGERS
-from turnscrew.signals import Estimate, Goal, Role
+from turnscrew.signals import GRIP, Estimate, Goal
 
 PAIRS = ((FINGERS.index("TH"), FINGERS.index("MF")), (FINGERS.index("FF"), FINGERS.index("RF")))
 """Fingers that press against each other."""
@@ -56,7 +56,7 @@ class Distribution:
         Paper: (15), (16), with F_0 the inward normals times a squeeze that grows with the load the friction has to
             carry (the paper leaves the choice of F_0 open), and `k_f` of IV-C acting on each pair's squeeze.
         """
-        held = np.flatnonzero((goal.roles == Role.GRIP) & (goal.share > 0))
+        held = np.flatnonzero((goal.roles == GRIP) & (goal.share > 0))
         f_W = np.zeros((len(FINGERS), 3))
         if len(held) == 0:
             return np.zeros(len(PAIRS)), f_W

@@ -20,21 +20,26 @@ class ServoState:
         yaw_d: Wanted yaw, the integral of the goal's turn rate [rad].
         integral: (3,) of the Euler angles' error [rad.s].
         force_integral: Of the tip force's error along z [N.s].
-        gammadot: (3,) Euler rates of the reference that alpha drives [rad/s].
+        gammadot: (3,) Euler rates of the reference that alpha drives, or of the tool [rad/s].
+        alpha: (6,) acceleration of T in T that was asked for, linear first [m/s2, rad/s2].
+        age: Time since the servo began [s].
     """
 
     yaw_d: float
     integral: Array
     force_integral: float
     gammadot: Array
+    alpha: Array
+    age: float = 0.0
 
 
 @dataclass(frozen=True)
 class HybridServo:
     """Position control of the tool's rotation, force control of its translation, (8)-(11).
 
-    The reference is what alpha gives when it is integrated: its own rate is the `gammadot` of (10), because the rate of
-    an estimate that is refreshed by a 30 Hz camera lags too far for damping.
+    For position commands the reference is what alpha gives when it is integrated: its own rate is the `gammadot` of
+    (10), because the rate of an estimate that is refreshed by a 30 Hz camera lags too far for damping.  For torques
+    (`measured`) it is the tool's own, as the fingers' joints tell it.
 
     Attributes:
         tool: Mass properties as believed.
@@ -48,6 +53,10 @@ class HybridServo:
         force_limit: Largest correction of the tip force by its integral [N]: half of what is wanted, so that
             a biased fingertip reading cannot lift the tip or crush it.
         yaw_limit: Largest yaw error acted on [rad]: the play of the blade in the slot, twice.
+        integral_limit: Largest integral of an angle's error [rad.s].
+        side_limit: Largest tau_s,y that is fed on [N.m].
+        ease: Time in which the gains grow to their values [s]: the estimate's first camera frames err by degrees.
+        measured: Whether (10) damps the tool's rate rather than that of the reference.
     """
 
     tool: ToolInertia
@@ -58,10 +67,14 @@ class HybridServo:
     kf: float = 1.0
     force_limit: float = 2.5
     yaw_limit: float = 0.2
+    integral_limit: float = np.inf
+    side_limit: float = np.inf
+    ease: float = 0.0
+    measured: bool = False
 
     def init(self, estimate: Estimate) -> ServoState:
         """The reference stands where the tool is."""
-        return ServoState(float(euler_from_matrix(estimate.R_WT)[2]), np.zeros(3), 0.0, np.zeros(3))
+        return ServoState(float(euler_from_matrix(estimate.R_WT)[2]), np.zeros(3), 0.0, np.zeros(3), np.zeros(6))
 
     def update(self, state: ServoState, goal: Goal, estimate: Estimate, dt: float) -> tuple[ServoState, Array, Array]:
         """One tick.
@@ -73,8 +86,9 @@ class HybridServo:
             dt: Time since the last tick [s].
 
         Returns:
-            The new state; nu_d (6,), velocity of the reference in T, linear first [m/s, rad/s]; and F_hd (6,), the
-            wanted wrench of the hand on the tool at T's origin, in T, force first [N, N.m].
+            The new state, alpha in it; nu_d (6,), velocity of the reference in T, linear first [m/s, rad/s], or with
+            `measured` the goal's; and F_hd (6,), the wanted wrench of the hand on the tool at T's origin, in T, force
+            first [N, N.m].
 
         Paper: (8)-(11).  Departures: (10) in its exact form (`d/dt(R^T T) gammadot` for `Lambda-dot xdot`), and the
             yaw error is measured to a target that waits when the tool falls behind by more than `yaw_limit`.
@@ -82,24 +96,55 @@ class HybridServo:
         gamma = euler_from_matrix(estimate.R_WT)
         yaw_d = gamma[2] + _wrap(state.yaw_d + goal.turn_rate * dt - gamma[2])
         yaw_d = min(max(yaw_d, gamma[2] - self.yaw_limit), gamma[2] + self.yaw_limit)
-        error = np.array([-gamma[0], -gamma[1], yaw_d - gamma[2]])
-        integral = state.integral + error * dt
-        rate_error = np.array([0.0, 0.0, goal.turn_rate]) - state.gammadot
-        gammaddot = self.kv * rate_error + self.kp * error + self.ki * integral
-        gammadot = state.gammadot + gammaddot * dt
+        age = state.age + dt
+        ease = 1.0 if age >= self.ease else age / self.ease
+        error = ease * np.array([-gamma[0], -gamma[1], yaw_d - gamma[2]])
+        integral = np.minimum(np.maximum(state.integral + error * dt, -self.integral_limit), self.integral_limit)
         rates = body_rate_matrix(gamma)
+        wanted = np.array([0.0, 0.0, goal.turn_rate])
+        if self.measured:
+            gammadot = np.asarray(np.linalg.solve(rates, estimate.nu[3:]), dtype=np.float64)
+            gammaddot = self.kv * (wanted - gammadot) + self.kp * error + self.ki * integral
+        else:
+            gammaddot = self.kv * (wanted - state.gammadot) + self.kp * error + self.ki * integral
+            gammadot = state.gammadot + gammaddot * dt
         omegadot = rates @ gammaddot + body_rate_matrix_derivative(gamma, gammadot) @ gammadot
         lead = self.pitch / (2 * np.pi)
         alpha = np.array([0.0, 0.0, lead * omegadot[2], *omegadot])
-        omega = rates @ gammadot
+        omega = rates @ (wanted if self.measured else gammadot)
         nu_d = np.array([0.0, 0.0, lead * omega[2], *omega])
 
         force_error = goal.tip_force - estimate.F_s[2]
         limit = self.force_limit / self.kf
         force_integral = min(max(state.force_integral + force_error * dt, -limit), limit)
-        F_sc = np.array([0.0, 0.0, goal.tip_force + self.kf * force_integral, *estimate.F_s[3:]])
+        side = min(max(estimate.F_s[4], -self.side_limit), self.side_limit)
+        F_sc = np.array([0.0, 0.0, goal.tip_force + self.kf * force_integral, estimate.F_s[3], side, estimate.F_s[5]])
         F_hd = self.tool.M @ alpha + self.tool.bias(estimate.R_WT, nu_d) - F_sc
-        return ServoState(yaw_d, integral, force_integral, gammadot), nu_d, F_hd
+        return ServoState(yaw_d, integral, force_integral, gammadot, alpha, age), nu_d, F_hd
+
+
+def torque_servo(tool: ToolInertia, pitch: float, frequency: float = 32.0, damping: float = 1.0) -> HybridServo:
+    """The servo for a robot that takes torques, its gains placed.
+
+    With `kp = frequency^2` and `kv = 2 damping frequency` an error of the angles dies as that of a mass on a spring
+    does.  32 rad/s is a third of the 100 rad/s at which the finger joints' own damping brakes them (.1 N.m.s/rad on
+    .001 kg.m2), which adds to kv, and leaves 20 ms of delay (the joints' speeds) .6 rad of phase.  The integral takes
+    over at 3 rad/s, a tenth of that.
+
+    Contact forces are known better from the torques than from fingertips that read 25 % and 30 deg wrong.  So what (11)
+    feeds on is held to what such readings may be trusted with: half a newton along z, and 5 mN.m of tau_s,y, the
+    torque that the estimate holds at its limit most of the time.
+
+    Args:
+        tool: Mass properties as believed.
+        pitch: Of the thread [m].
+        frequency: Natural frequency of the angles' errors [rad/s].
+        damping: Their damping ratio.
+    """
+    return HybridServo(
+        tool, pitch, kp=frequency**2, kv=2.0 * damping * frequency, ki=3.0 * frequency**2, integral_limit=0.04,
+        force_limit=0.5, side_limit=0.005, ease=0.4, measured=True,
+    )  # fmt: skip
 
 
 def _wrap(angle: float) -> float:

@@ -79,6 +79,8 @@ class Gait:
         standoff: Distance from the handle at which feeling begins [m]: the estimated axis errs by less than that.
         closing: Speed of feeling [m/s]: at .14 N a mm/s of impact it touches with 2 N.
         stop: Distance from a joint's limit at which a roll ends early [rad].
+        support_speed: Turning speed of the handle between FF and RF while TH and MF go back [rad/s]: the paper lets
+            them roll, too.
     """
 
     plan: GaitPlan
@@ -96,6 +98,18 @@ class Gait:
     standoff: float = 0.004
     closing: float = 0.015
     stop: float = 0.02
+    support_speed: float = 0.0
+
+    def faster(self, factor: float) -> Gait:
+        """The same gait with its times divided by a factor, but for what touches: feeling gains 1.7 times at most.
+
+        At 25 mm/s a fingertip touches with 3.5 N, a little less than it then grips with.
+        """
+        names = ("ramp", "settle", "add", "take", "leave", "relocate")
+        times = {name: getattr(self, name) / factor for name in names}
+        return replace(
+            self, **times, closing=self.closing * min(factor, 1.7), support_speed=self.support_speed * factor
+        )
 
     def init(self) -> GaitState:
         """Thumb and middle finger hold the tool at the roll's start."""
@@ -136,7 +150,12 @@ class Gait:
         return replace(state, q_from=estimate.q, q_target=target, rolled=rolled)
 
     def _turning(self, state: GaitState) -> float:
-        """Trapezoid over the stroke: up in `ramp`, full speed, down in `ramp` to a twentieth [rad/s]."""
+        """Trapezoid over the stroke: up in `ramp`, full speed, down in `ramp` to a twentieth [rad/s].
+
+        Over the way back, likewise, down to nothing.
+        """
+        if state.phase is Phase.RELOCATE:
+            return self.support_speed * min(state.clock / self.ramp, (self.relocate - state.clock) / self.ramp, 1.0)
         if state.phase is not Phase.ROLL:
             return 0.0
         left = max(self.plan.stroke - state.rolled, 0.0)

@@ -1,4 +1,4 @@
-"""The array types of the package: doubles and flags, with shape, unit and frame told in each docstring."""
+"""The array types of the package: doubles, flags and row numbers, with shape, unit and frame told in each docstring."""
 
 from __future__ import annotations
 
@@ -9,3 +9,4 @@ from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
 Flags: TypeAlias = NDArray[np.bool_]
+Rows: TypeAlias = NDArray[np.intp]

@@ -23,6 +23,7 @@ from turnscrew.plant.tool import Tool, add_tool
 from turnscrew.plant.truth import ContactReader, Truth
 from turnscrew.robot.joints import DRIVEN, JOINTS
 from turnscrew.robot.model import robot_spec
+from turnscrew.robot.motors import add_motors
 from turnscrew.robot.servos import add_servos
 
 
@@ -40,6 +41,7 @@ class CellDescription:
         timestep: Plant step [s].
         mass_error: Relative error of the robot's masses against the loop's model.
         camera: What `picture` is seen by, if anything.
+        motors: Whether the joints take torques; otherwise they have position servos.
     """
 
     tool: Tool
@@ -51,6 +53,7 @@ class CellDescription:
     timestep: float = 0.001
     mass_error: float = 0.0
     camera: SceneCamera | None = None
+    motors: bool = False
 
 
 def cell_xml(cell: CellDescription, p_WT: Array, R_WT: Array) -> str:
@@ -64,7 +67,7 @@ def cell_xml(cell: CellDescription, p_WT: Array, R_WT: Array) -> str:
     for geom in spec.geoms:
         if geom.name.startswith("C_"):
             rub(geom, cell.friction.finger, priority=0)
-    add_servos(spec)
+    (add_motors if cell.motors else add_servos)(spec)
     add_tool(spec, cell.tool, cell.friction, p_WT, R_WT)
     add_screw(spec, cell.screw, cell.friction, cell.p_WS, cell.slot_yaw)
     spec.worldbody.add_light(pos=[0.6, -0.8, 1.6], dir=[0.2, 0.6, -1.0], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
@@ -75,7 +78,7 @@ def cell_xml(cell: CellDescription, p_WT: Array, R_WT: Array) -> str:
 
 
 class Cell:
-    """The plant: servo commands in, one step at a time; a context manager, since drawing holds OpenGL.
+    """The plant: commands in, one step at a time; a context manager, since drawing holds OpenGL.
 
     The model is compiled from its own MJCF text, so that a saved copy of that text steps to the same last bit.
 
@@ -110,7 +113,7 @@ class Cell:
         mujoco.mj_forward(self.model, self.data)
 
     def write(self, command: Array) -> None:
-        """Sends position commands (24,) in the order of `DRIVEN` [rad] to the servos."""
+        """Sends commands (24,) in the order of `DRIVEN`: positions [rad] to servos, torques [N.m] to motors."""
         self.data.ctrl[: len(DRIVEN)] = command
         self._drive_sum[:] = 0.0
         self._drive_steps = 0

@@ -12,6 +12,7 @@ import numpy as np
 
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.arm import LINKS, add_arm
+from turnscrew.robot.contact_jacobian import contact_jacobians
 from turnscrew.robot.hand import TIP_RADIUS, attach_hand, check_joint_order, torque_limit
 from turnscrew.robot.joints import ARM, COUPLED, FINGERS, INDEX, JOINTS
 
@@ -40,6 +41,25 @@ class Fingertips:
     length: Array
 
 
+@dataclass(frozen=True, slots=True)
+class Dynamics:
+    """What (17) and (18) need of the robot at one state.
+
+    Attributes:
+        tips: Fingertips and their Jacobians.
+        M: (28, 28) mass matrix with the drives' reflected inertia [kg.m2].
+        bias: (28,) C_r v + N, Coriolis, centrifugal and gravity torques [N.m].
+        J_palm: (6, 28) Jacobian of the palm's origin, linear first, in W.
+        Jdot_v: (5, 6) what the fingertips' frames accelerate by while no joint does, in W, linear first [m/s2, rad/s2].
+    """
+
+    tips: Fingertips
+    M: Array
+    bias: Array
+    J_palm: Array
+    Jdot_v: Array
+
+
 def robot_spec() -> mujoco.MjSpec:
     """Arm and hand on the base, without actuators, tool or screw; joints in the order of `JOINTS`."""
     spec = mujoco.MjSpec()
@@ -55,6 +75,7 @@ class RobotModel:
     Attributes:
         limits: (28, 2) joint ranges [rad].
         torque_limits: (28,) peak drive torques [N.m]; a coupled J1 has none of its own.
+        damping: (28,) viscous damping of the joints [N.m.s/rad].
     """
 
     def __init__(self) -> None:
@@ -62,11 +83,15 @@ class RobotModel:
         check_joint_order(self._model)
         self._data = mujoco.MjData(self._model)
         self._bodies = [self._model.body(name).id for name in _TIP_BODIES]
+        self._palm = int(self._model.body("palm").id)
         capsules = [self._model.geom(f"C_{name}") for name in _TIP_BODIES]
         self._half = np.array([float(capsule.size[1]) for capsule in capsules])
         self._centre = np.array([float(capsule.pos[2]) for capsule in capsules])
         self.rho = np.array([TIP_RADIUS[finger] for finger in FINGERS])
         self.limits = self._model.jnt_range[: len(JOINTS)].copy()
+        self.damping = self._model.dof_damping[: len(JOINTS)].copy()
+        self._dynamics: tuple[Array, Array, Dynamics] | None = None
+        self._contacts: tuple[Dynamics, Array, Array] | None = None
         self.torque_limits = np.array(
             [*(link.torque for link in LINKS), *(0.0 if n in COUPLED else torque_limit(n) for n in JOINTS[len(ARM) :])]
         )
@@ -79,6 +104,9 @@ class RobotModel:
     def fingertips(self, q: Array) -> Fingertips:
         """Fingertip frames and Jacobians at joint angles q (28,) [rad]."""
         self._place(q)
+        return self._tips()
+
+    def _tips(self) -> Fingertips:
         data = self._data
         R = data.xmat[self._bodies].reshape(5, 3, 3)
         p = data.xpos[self._bodies] + (self._centre + self._half)[:, None] * R[:, :, 2]
@@ -117,6 +145,39 @@ class RobotModel:
         body = self._bodies[FINGERS.index(finger)]
         mujoco.mj_jacDot(self._model, self._data, Jdot, None, p_W, body)
         return Jdot
+
+    def dynamics(self, q: Array, v: Array) -> Dynamics:
+        """Kinematics and dynamics at joint angles q (28,) [rad] and speeds v (28,) [rad/s], in one pass.
+
+        Asked for the same two arrays again, it gives the same answer without work: servo and actuation of one tick
+        share it.  So neither array may be changed in place.
+        """
+        if self._dynamics is not None and self._dynamics[0] is q and self._dynamics[1] is v:
+            return self._dynamics[2]
+        model, data = self._model, self._data
+        self._place(q)
+        data.qvel[:] = v
+        mujoco.mj_makeM(model, data)
+        mujoco.mj_comVel(model, data)
+        M, bias = np.empty((len(JOINTS), len(JOINTS))), np.empty(len(JOINTS))
+        mujoco.mj_fullM(model, data, M)
+        mujoco.mj_rne(model, data, 0, bias)
+        tips = self._tips()
+        Jdot = np.empty((len(FINGERS), 6, len(JOINTS)))
+        for row, body in enumerate(self._bodies):
+            mujoco.mj_jacDot(model, data, Jdot[row, :3], Jdot[row, 3:], tips.p_WF[row], body)
+        J_palm = np.empty((6, len(JOINTS)))
+        mujoco.mj_jacBody(model, data, J_palm[:3], J_palm[3:], self._palm)
+        result = Dynamics(tips, M, bias, J_palm, Jdot @ v)
+        self._dynamics = q, v, result
+        return result
+
+    def contact_jacobians(self, q: Array, v: Array, c_W: Array) -> Array:
+        """`contact_jacobians` (5, 3, 24) of all fingertips at contacts c_W (5, 3) [m]; kept as `dynamics` is."""
+        dynamics = self.dynamics(q, v)
+        if self._contacts is None or self._contacts[0] is not dynamics or self._contacts[1] is not c_W:
+            self._contacts = dynamics, c_W, contact_jacobians(dynamics.tips, c_W)
+        return self._contacts[2]
 
     def mass_matrix(self, q: Array) -> Array:
         """M_r (28, 28) of (18) with the drives' reflected inertia [kg.m2]."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from turnscrew.robot.arm import LINKS
-from turnscrew.robot.hand import torque_limit
-from turnscrew.robot.joints import ARM, DRIVEN, WRIST
+from turnscrew.robot.joints import DRIVEN, WRIST
+from turnscrew.robot.motors import drive_limit
 
 ARM_STIFFNESS = {"WAMJ1": 8000.0, "WAMJ2": 8000.0, "WAMJ3": 4000.0, "WAMJ4": 2000.0}
 """Proportional gains of the arm's joints [N.m/rad]: 5 N at the hand move it by less than 1 mm; with about 4 kg.m2
@@ -33,10 +32,6 @@ def _damping(joint: str) -> float:
     return ARM_DAMPING.get(joint, WRIST_DAMPING if joint in WRIST else FINGER_DAMPING)
 
 
-def _torque(joint: str) -> float:
-    return LINKS[ARM.index(joint)].torque if joint in ARM else torque_limit(joint)
-
-
 def add_servos(spec: mujoco.MjSpec) -> None:
     """Adds a position servo for each joint of `DRIVEN`, in order.
 
@@ -46,7 +41,7 @@ def add_servos(spec: mujoco.MjSpec) -> None:
     for joint in DRIVEN:
         servo = spec.add_actuator(name=joint, target=joint, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         servo.set_to_position(kp=stiffness(joint), kv=_damping(joint))
-        limit = _torque(joint)
+        limit = drive_limit(joint)
         servo.forcelimited, servo.forcerange = True, [-limit, limit]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from numpy.random import Generator
@@ -53,6 +53,11 @@ class Sensors:
     def init(self, encoders: Generator, force: Generator, camera: Generator) -> SensorState:
         """Draws this robot's constant errors, each sensor from its own stream."""
         return SensorState(self.encoders.init(encoders), self.force.init(force), self.camera.init(camera))
+
+    def joints(self, state: SensorState, plant: Sensed) -> tuple[SensorState, Array]:
+        """Reads the encoders alone: the new state, and angles (28,) [rad]."""
+        encoders, (angles, _) = self.encoders.update(state.encoders, plant.q, plant.time)
+        return replace(state, encoders=encoders), angles
 
     def update(self, state: SensorState, plant: Sensed) -> tuple[SensorState, Measurement]:
         """Reads all sensors.

@@ -46,9 +46,5 @@ def turn(run: Run, hook: Hook, see: See, *, at_least: float = 0.0, enough: Calla
             return GOAL if wanted is None or run.judge.rounds >= wanted else ONLY_BELIEVED
         if enough():
             return CUT_SHORT
-        for _ in range(run.scenario.steps_per_tick):
-            run.cell.prepare()
-            hook()
-            run.cell.step()
-            if run.cell.diverged:
-                return str(FaultKind.DIVERGED)
+        if not run.advance(hook):
+            return str(FaultKind.DIVERGED)

@@ -112,7 +112,7 @@ def read(folder: Path, overrides: Sequence[str] = ()) -> Recording:
         name=folder.name,
         scenario=scenario,
         measurements=measurements,
-        sent=_sent(columns),
+        sent=_sent(columns, made),
         truth=truth,
         estimator=build_estimator(scenario, plan, robot, inertia, start.believed_radius),
         p_WT=plan.p_WS,
@@ -138,8 +138,10 @@ def _truth(columns: Mapping[str, np.ndarray]) -> Truth:
     )
 
 
-def _sent(columns: Mapping[str, np.ndarray]) -> Array:
+def _sent(columns: Mapping[str, np.ndarray], scenario: Scenario) -> Array:
     """What had been sent when each tick's measurement was taken: nothing before the first."""
+    if scenario.robot.actuation == "torque":
+        return np.zeros((len(column(columns, "time")), len(JOINTS)))
     motion = column(columns, "command.motion", len(JOINTS))
     return np.concatenate([np.zeros((1, len(JOINTS))), motion[:-1]])
 

@@ -71,7 +71,8 @@ class Run:
             # a machine that cannot draw is told of now, not when the run is under way
             cell.picture(0, 0, 16, 16)
         blocks = build_blocks(scenario, plan, robot, start.believed_radius)
-        loop = Loop(blocks, Watch(scenario.goal.time_limit), 1.0 / scenario.rate.control)
+        beats = scenario.beats_per_tick
+        loop = Loop(blocks, Watch(scenario.goal.time_limit), 1.0 / scenario.rate.control, beats)
         sensors = blocks.sensors.init(streams["encoders"], streams["force"], streams["camera"])
         believed = exp_so3(np.array([0.0, 0.0, scenario.screw.slot_yaw]))
         state = loop.init(sensors, cell, plan.p_WS, believed)
@@ -83,6 +84,24 @@ class Run:
         self.state, tick = self.loop.tick(self.state, self.cell)
         self.judge.watch(truth, tick)
         return tick, truth
+
+    def advance(self, before: Callable[[], None]) -> bool:
+        """Steps the plant to the next tick, with the beats of control between; tells whether it stayed finite.
+
+        Args:
+            before: Called before each step, when the controls are set.
+        """
+        steps = self.scenario.steps_per_tick
+        steps_per_beat = steps // self.scenario.beats_per_tick
+        for step in range(steps):
+            if step and step % steps_per_beat == 0:
+                self.state = self.loop.beat(self.state, self.cell)
+            self.cell.prepare()
+            before()
+            self.cell.step()
+            if self.cell.diverged:
+                return False
+        return True
 
     def reached_goal(self, tick: Tick) -> bool:
         """Whether all that the scenario's goal names is reached, as far as the robot can know."""
@@ -144,15 +163,9 @@ def _turn(run: Run, recorder: Recorder, faults: list[Fault], began: float, on_pr
                 return str(fault.kind)
         if run.reached_goal(tick):
             return "goal"
-        for _ in range(run.scenario.steps_per_tick):
-            run.cell.prepare()
-            recorder.step(run.cell.data)
-            run.cell.step()
-            if run.cell.diverged:
-                faults.append(
-                    Fault(FaultKind.DIVERGED, run.cell.time, "the simulation met a number that is not finite")
-                )
-                return str(FaultKind.DIVERGED)
+        if not run.advance(lambda: recorder.step(run.cell.data)):
+            faults.append(Fault(FaultKind.DIVERGED, run.cell.time, "the simulation met a number that is not finite"))
+            return str(FaultKind.DIVERGED)
 
 
 def signals(tick: Tick, truth: Truth) -> dict[str, object]:

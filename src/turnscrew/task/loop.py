@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
-from turnscrew.actuate.position import DRIVEN_INDEX
 from turnscrew.control.controller import ControllerState
 from turnscrew.decide.gait import GaitState
+from turnscrew.estimate.between_ticks import JointState
 from turnscrew.estimate.estimator_state import EstimatorState
-from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.plant.cell import Cell
-from turnscrew.robot.joints import JOINTS
+from turnscrew.robot.coupling import DRIVEN_INDEX
+from turnscrew.robot.joints import DRIVEN, JOINTS
 from turnscrew.sense.sensors import SensorState
 from turnscrew.signals import Command, Effort, Estimate, Fault, Goal, Measurement
-from turnscrew.task.watch import Watch, WatchState
+from turnscrew.task.watch import Strain, Watch, WatchState
 from turnscrew.task.wiring import Blocks
 
 STILL = np.zeros(len(JOINTS))
@@ -24,15 +26,22 @@ STILL = np.zeros(len(JOINTS))
 
 @dataclass(frozen=True, slots=True)
 class LoopState:
-    """States of all blocks between two ticks; and `sent` (28,), the motion that the joints were told to make [rad]."""
+    """States of all blocks between two ticks, and the motion `sent` (28,) that the joints were told to make [rad].
+
+    A robot that takes torques has beats between ticks, and needs for them the joints as read last, the estimate and the
+    goal that are in force, and which drives (24,) a beat has held to their limits.
+    """
 
     sensors: SensorState
     estimator: EstimatorState
     watch: WatchState
     gait: GaitState
     controller: ControllerState
-    adapter: Array
+    adapter: Any
     sent: Array
+    joints: JointState | None = None
+    last: tuple[Estimate, Goal] | None = None
+    saturated: Flags = field(default_factory=lambda: np.zeros(len(DRIVEN), dtype=bool))
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,11 +64,13 @@ class Loop:
         blocks: Sensing to actuation.
         watch: Names trouble.
         dt: Period of the tick [s].
+        beats: How often in a tick control and actuation run: more than once for a robot that takes torques.
     """
 
     blocks: Blocks
     watch: Watch
     dt: float
+    beats: int = 1
 
     def init(self, sensors: SensorState, plant: Cell, p_WT: Array, R_WT: Array) -> LoopState:
         """States before the first tick.
@@ -82,21 +93,53 @@ class Loop:
             controller=self.blocks.controller.init(estimate),
             adapter=self.blocks.adapter.init(estimate.q + estimate.offset),
             sent=STILL,
+            joints=None if self.blocks.between is None else self.blocks.between.init(measurement.q),
         )
 
     def tick(self, state: LoopState, plant: Cell) -> tuple[LoopState, Tick]:
         """One turn of the loop, up to the command that is written to the plant."""
-        blocks, dt = self.blocks, self.dt
+        blocks, dt, beat = self.blocks, self.dt, self.dt / self.beats
         sensors, measurement = self._sense(state.sensors, plant)
-        estimator, estimate = blocks.estimator.update(state.estimator, measurement, state.sent, dt)
+        joints, known = state.joints, measurement
+        if blocks.between is not None and joints is not None:
+            joints = blocks.between.read(joints, measurement.q, beat)
+            known = replace(measurement, q=joints.q, v=joints.v)
+        estimator, estimate = blocks.estimator.update(state.estimator, known, state.sent, dt)
+        if blocks.between is not None and joints is not None:
+            estimate = blocks.between.refresh(joints, estimate, 0.0)
         gait, goal = blocks.gait.update(state.gait, estimate, dt)
-        watch, faults = self.watch.update(state.watch, measurement, estimate, goal, dt)
+        controller, effort = blocks.controller.update(state.controller, goal, estimate, beat)
+        adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, beat)
+        self._write(plant, command, sensors)
+        strain = Strain(effort, state.saturated | command.saturated) if command.tau is not None else None
+        watch, faults = self.watch.update(state.watch, measurement, estimate, goal, dt, strain)
+        sent = STILL if command.motion is None else command.motion
+        following = LoopState(sensors, estimator, watch, gait, controller, adapter, sent, joints, (estimate, goal))
+        return following, Tick(known, estimate, faults, goal, effort, command)
+
+    def beat(self, state: LoopState, plant: Cell) -> LoopState:
+        """Control and actuation alone, on the tick's goal and what the encoders say since."""
+        blocks, dt = self.blocks, self.dt / self.beats
+        if blocks.between is None or state.joints is None or state.last is None:
+            return state
+        estimate, goal = state.last
+        sensors, reading = blocks.sensors.joints(state.sensors, plant)
+        joints = blocks.between.read(state.joints, reading, dt)
+        estimate = blocks.between.refresh(joints, estimate, dt)
         controller, effort = blocks.controller.update(state.controller, goal, estimate, dt)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, dt)
-        # the servos close their loops on the encoders, whose zeros are off by what only the plant knows
-        plant.write(command.q - sensors.encoders.offset[DRIVEN_INDEX])
-        following = LoopState(sensors, estimator, watch, gait, controller, adapter, command.motion)
-        return following, Tick(measurement, estimate, faults, goal, effort, command)
+        self._write(plant, command, sensors)
+        return replace(
+            state, sensors=sensors, controller=controller, adapter=adapter, joints=joints, last=(estimate, goal),
+            saturated=state.saturated | command.saturated,
+        )  # fmt: skip
+
+    def _write(self, plant: Cell, command: Command, sensors: SensorState) -> None:
+        if command.tau is not None:
+            plant.write(command.tau)
+        elif command.q is not None:
+            # the servos close their loops on the encoders, whose zeros are off by what only the plant knows
+            plant.write(command.q - sensors.encoders.offset[DRIVEN_INDEX])
 
     def _sense(self, state: SensorState, plant: Cell) -> tuple[SensorState, Measurement]:
         return self.blocks.sensors.update(state, plant)

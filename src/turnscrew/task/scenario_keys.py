@@ -153,7 +153,18 @@ class Robot(Table):
         "-",
         "What the robot accepts.",
         f"{PAPER}, section V-B: the hand's interface accepts position commands only",
-        later={"torque": "comes with torque control"},
+    )
+
+
+class Control(Table):
+    """How a robot that takes torques shares the wrench among its fingertips."""
+
+    forces: Literal["optimal", "null-space"] = key(
+        "optimal",
+        "-",
+        "'optimal': the least squeeze that holds, within cones and joint torques, by a QP; 'null-space': (15) and (16) "
+        "with F_0 the inward normals times a squeeze. Position commands always take the latter.",
+        f"{PAPER} leaves the choice of F_0 open",
     )
 
 
@@ -209,6 +220,14 @@ class Speed(Table):
         ge=0.05,
         le=6.0,
     )
+    gait: float = key(
+        1.0,
+        "-",
+        "How much faster than at leisure fingers come, take over, leave and go back.",
+        "at leisure a round takes 3.7 s",
+        ge=0.25,
+        le=4.0,
+    )
 
 
 class Model(Table):
@@ -225,6 +244,15 @@ class Rate(Table):
     control: float = key(
         100.0, "Hz", "Ticks of the loop a second.", "found by trial: 100 and 200 do equally well", ge=50.0, le=1000.0
     )
+    torque: float = key(
+        500.0,
+        "Hz",
+        'Torques a second with robot.actuation = "torque": servo, contact forces and (18) run that often, on the '
+        "newest encoder readings; rounded to a whole number in each tick.",
+        "found by trial: 250 to 1000 do equally well",
+        ge=100.0,
+        le=1000.0,
+    )
 
 
 class Scenario(Table):
@@ -235,6 +263,7 @@ class Scenario(Table):
     screw: Screw = Screw()
     contact: Contact = Contact()
     robot: Robot = Robot()
+    control: Control = Control()
     sense: Sense = Sense()
     vision: Vision = Vision()
     force: Force = Force()
@@ -249,3 +278,11 @@ class Scenario(Table):
     def steps_per_tick(self) -> int:
         """Plant steps in one tick of the loop."""
         return round(self.rate.plant / self.rate.control)
+
+    @property
+    def beats_per_tick(self) -> int:
+        """How often in a tick torques are worked out: a divisor of the plant's steps; once for position commands."""
+        if self.robot.actuation == "position":
+            return 1
+        steps, wanted = self.steps_per_tick, self.rate.torque / self.rate.control
+        return min((n for n in range(1, steps + 1) if steps % n == 0), key=lambda n: abs(n - wanted))

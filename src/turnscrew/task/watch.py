@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
+from turnscrew.geometry.arrays import Flags
 from turnscrew.geometry.euler import tilt
-from turnscrew.signals import Estimate, Fault, FaultKind, Goal, Measurement, Role, Vision
+from turnscrew.robot.joints import DRIVEN
+from turnscrew.signals import GRIP, Effort, Estimate, Fault, FaultKind, Goal, Measurement, Vision
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +41,18 @@ class WatchState:
     round: int = 0
     theta: float = 0.0
     lasting: frozenset[FaultKind] = frozenset()
+
+
+class Strain(NamedTuple):
+    """How near a robot that takes torques is to the end of its strength.
+
+    Attributes:
+        effort: Of this tick: which drives hold the contact forces back, and what of the wrench is lost.
+        saturated: (24,) which drives have been held to their limits since the last tick.
+    """
+
+    effort: Effort
+    saturated: Flags
 
 
 @dataclass(frozen=True)
@@ -79,7 +94,13 @@ class Watch:
         return WatchState()
 
     def update(
-        self, state: WatchState, measurement: Measurement, estimate: Estimate, goal: Goal, dt: float
+        self,
+        state: WatchState,
+        measurement: Measurement,
+        estimate: Estimate,
+        goal: Goal,
+        dt: float,
+        strain: Strain | None = None,
     ) -> tuple[WatchState, tuple[Fault, ...]]:
         """One tick: the new state and the faults of this tick, those that end the run first."""
         held = int(estimate.touching.sum()) >= 2
@@ -104,6 +125,7 @@ class Watch:
             for kind, evidence in self._ending(following, measurement, estimate, goal, turned)
         )
         lasting = dict(self._lasting(following, measurement, estimate))
+        lasting.update(self._strained(strain))
         begun = tuple(
             Fault(kind, measurement.time, evidence, ends=False)
             for kind, evidence in lasting.items()
@@ -126,7 +148,7 @@ class Watch:
         off = float(np.hypot(*(estimate.p_WT - estimate.p_WS)[:2]))
         if off > self.off_centre:
             yield FaultKind.TIP_SLIP, f"the tip is {off * 1e3:.1f} mm from the drive's centre"
-        if state.unheld > self.unheld and int((goal.roles == Role.GRIP).sum()) >= 2:
+        if state.unheld > self.unheld and int((goal.roles == GRIP).sum()) >= 2:
             yield FaultKind.CONTACT_LOST, f"fewer than two fingertips touch since {state.unheld:.2f} s"
         if turned < self.least_turn:
             yield FaultKind.STALLED, f"a round turned the screw by {np.degrees(turned):.1f} deg only"
@@ -156,6 +178,19 @@ class Watch:
             yield FaultKind.POSE_SUSPECT, f"no number from {unread(measurement)}"
         if estimate.tip_slip >= 1.0:
             yield FaultKind.TIP_SLIP, f"the tip does not stay where it is: signal {estimate.tip_slip:.1f} of 1"
+
+    def _strained(self, strain: Strain | None) -> Iterator[tuple[FaultKind, str]]:
+        """Drives at the end of their torque: what they cannot give is left out of the wrench, or cut off."""
+        if strain is None:
+            return
+        at_limit = strain.saturated | strain.effort.limited
+        if at_limit.any():
+            drives = " and ".join(name for name, full in zip(DRIVEN, at_limit, strict=True) if full)
+            lost = strain.effort.lost
+            yield (
+                FaultKind.TORQUE_SATURATED,
+                f"{drives} at the limit: {np.sqrt(lost[:3] @ lost[:3]):.1f} N and {abs(lost[5]):.3f} N.m are left out",
+            )
 
 
 def unread(measurement: Measurement) -> str:

@@ -1,0 +1,98 @@
+"""Joint torques of arm and hand, (17) and (18), for a robot that takes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from turnscrew.actuate.joint_motion import JointMotion
+from turnscrew.actuate.postures import Posture, Postures
+from turnscrew.contact.grasp import grasp_matrix
+from turnscrew.contact.rolling_motion import contact_accelerations
+from turnscrew.geometry.arrays import Array, Rows
+from turnscrew.robot.contact_jacobian import contact_bias
+from turnscrew.robot.coupling import DRIVEN_INDEX, SELECTION
+from turnscrew.robot.model import Dynamics, RobotModel
+from turnscrew.robot.motors import DRIVE_LIMITS
+from turnscrew.signals import GRIP, Command, Effort, Estimate, Goal
+
+SELECTION_T = np.ascontiguousarray(SELECTION.T)
+
+
+@dataclass(frozen=True)
+class TorqueAdapter:
+    """Turns wanted accelerations of the tool and contact forces into the drives' torques.
+
+    Fingers that grip are under force control: their contacts accelerate with the tool (17) and press as told (18).  All
+    other joints are held to postures, in the null space of the contacts where these need them.  A finger changes from
+    one to the other while it presses with next to nothing (`Goal.share`), so the change is no jump of force.
+
+    Attributes:
+        robot: Kinematics, dynamics and limits.
+        postures: Impedance of the joints that do not carry the tool.
+    """
+
+    robot: RobotModel
+    postures: Postures = field(init=False)
+    _damping: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_damping", self.robot.damping @ SELECTION)
+        object.__setattr__(self, "postures", Postures(self.robot.limits))
+
+    def init(self, q: Array) -> Posture:
+        """Postures begin where the joints are: angles (28,) [rad]."""
+        return self.postures.init(q)
+
+    def update(
+        self, state: Posture, goal: Goal, effort: Effort, estimate: Estimate, dt: float
+    ) -> tuple[Posture, Command]:
+        """One beat.
+
+        With `q = S q_d` for the driven joints and `rate` their wanted speeds,
+
+            tau = S^T M_r S qddot + S^T (C_r qdot + N) + J^T F + S^T D S rate.
+
+        The joints' damping D is compensated at the wanted speed and not at the measured one: it then brakes whatever is
+        not wanted, and no noise of an encoder is fed back.
+
+        Args:
+            state: Of the last beat.
+            goal: Roles and postures of the fingers, motion of the palm.
+            effort: The servo's acceleration, wanted speed and contact forces.
+            estimate: Joints, tool and contacts.
+            dt: Time since the last beat [s].
+
+        Returns:
+            The new state, and the torques, each within its drive's limit; `saturated` tells which had to be cut.
+
+        Paper: (18) with (17) and the two replacements of IV-C: the servo's alpha for the tool's acceleration, the
+            wanted contact forces for the sensed ones.
+        """
+        dynamics = self.robot.dynamics(estimate.q, estimate.v)
+        q, v = estimate.q[DRIVEN_INDEX], estimate.v[DRIVEN_INDEX]
+        state, rate = self.postures.update(state, goal, dynamics, q, dt)
+        qddot = self.postures.accelerations(state, goal, q, v, rate)
+        M = SELECTION_T @ dynamics.M @ SELECTION
+        tau = dynamics.bias @ SELECTION
+        rows = np.flatnonzero(goal.roles == GRIP)
+        if len(rows):
+            J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)[rows].reshape(-1, len(q))
+            motion = JointMotion.of(M, J)
+            a, V = self._contacts(effort, estimate, dynamics, rows)
+            qddot, rate = motion.accelerations(a, qddot), motion.speeds(V, rate)
+            tau = tau + effort.f_W[rows].ravel() @ J
+        tau = tau + M @ qddot + self._damping * rate
+        within = np.minimum(np.maximum(tau, -DRIVE_LIMITS), DRIVE_LIMITS)
+        return state, Command(None, tau != within, within)
+
+    def _contacts(self, effort: Effort, estimate: Estimate, dynamics: Dynamics, rows: Rows) -> tuple[Array, Array]:
+        """What (17) asks of the contact points, less `Jdot qdot` [m/s2], and their wanted velocities [m/s], (3k,)."""
+        R, nu, c_W = estimate.R_WT, estimate.nu, estimate.c_W[rows]
+        spread = grasp_matrix(c_W, estimate.p_WT).T
+        # a contact travels with the tool and over it; over it by a few mm/s, whose effect on (17) is below 1 % of alpha
+        cdot = (spread @ np.concatenate([R @ nu[:3], R @ nu[3:]])).reshape(-1, 3)
+        a = contact_accelerations(c_W, cdot, estimate.p_WT, R, nu, effort.alpha)
+        bias = contact_bias(dynamics, estimate.v, rows, c_W, cdot)
+        return a - bias, spread @ np.concatenate([R @ effort.nu_d[:3], R @ effort.nu_d[3:]])

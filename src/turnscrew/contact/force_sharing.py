@@ -1,0 +1,187 @@
+"""The smallest contact forces that do what they can of a wanted wrench, inside cones and joint torques: a small QP.
+
+    min  |W (G f - F)|^2 + a |f - f_prev|^2 + b |f - (-N_d n)|^2
+    s.t. f inside an inner pyramid of each friction cone,  N_lo <= f_n <= N_hi,
+         tau_lo <= J^T f <= tau_hi, at a price.
+
+The wanted wrench is a target and not a constraint, and forces along the inward normals satisfy every hard row.  So
+there always is an answer: what cannot be done is left out, and said.
+
+Paper: stands for (15) and (16).  (15) is the wrench term; the rest is the "proper choice of F_0" that (16) leaves open.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TypeAlias
+
+import daqp
+import numpy as np
+from numpy.typing import NDArray
+
+from turnscrew.contact.friction import cone_margin, polyhedral_cones
+from turnscrew.geometry.arrays import Array, Flags
+
+Marks: TypeAlias = NDArray[np.int32]
+"""daqp's marks of rows: 0 free, 1 active, 3 active at the lower bound, 8 added where a row is soft."""
+
+SOFT = 8
+"""daqp's mark of a row that may be violated at a price."""
+
+PRICE = 1e2
+"""Price of a newton metre beyond a drive's torque.  A wanted newton that is not given costs up to 2 |F| = 20 at a tip
+force of 10 N, and reaches a joint by some .07 m: a price of 20 / .07 is of the same size, so under overload the wrench
+gives way first by what the drive lacks, and neither term outweighs the other beyond the solver's scaling."""
+
+BEYOND = 1e30
+"""daqp's infinity."""
+
+
+class Sharing(StrEnum):
+    """How the program ended; every status but `FAILED` carries the optimum."""
+
+    SOLVED = "solved"
+    OVERLOADED = "overloaded"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """What the forces may be.
+
+    Attributes:
+        friction: (k,) coefficients counted with.
+        least: (k,) least pressing force [N], at least 0.
+        most: (k,) largest pressing force [N].
+        T: (m, 3k) joint torques of the contact forces, rows of J^T.
+        torque_least: (m,) least joint torque that contact forces may ask for [N.m].
+        torque_most: (m,) the largest [N.m].
+    """
+
+    friction: Array
+    least: Array
+    most: Array
+    T: Array
+    torque_least: Array
+    torque_most: Array
+
+
+@dataclass(frozen=True, slots=True)
+class ContactForces:
+    """The answer.
+
+    Attributes:
+        f_W: (k, 3) forces of the fingertips on the tool, in W [N].
+        lost: (6,) part of the wanted wrench that they do not give, in the frame it was wanted in [N, N.m].
+        margin: (k,) `mu f_n - |f_t|`: by how much each force is inside its round cone [N].
+        limited: (m,) which joint torques stand at their bounds and hold the forces back.
+        overload: (m,) joint torques beyond their bounds [N.m]; next to nothing, since the wrench gives way first.
+        status: How the program ended.
+        iterations: Of the solver.
+        active: (rows,) which rows bind, as the solver marks them: the start of the next solve.
+    """
+
+    f_W: Array
+    lost: Array
+    margin: Array
+    limited: Flags
+    overload: Array
+    status: Sharing
+    iterations: int
+    active: Marks
+
+
+@dataclass(frozen=True)
+class ForceSharing:
+    """Weights of the program.
+
+    Attributes:
+        lever: A newton across the tool's axis is worth a newton metre over this [m]: half the contacts' height, so that
+            a torque that leans the tool counts twice as much as the side force at the tip that would balance it.
+        follow: Price of a change since the last tick: what is asked of the contacts moves on within some ticks.
+        rest: Price of forces other than the wanted squeeze; it costs half a percent of the wrench.
+        sides: Faces of a pyramid.
+        pivots: Most changes of the active set; from a warm start a handful is usual.
+    """
+
+    lever: float = 0.06
+    follow: float = 0.02
+    rest: float = 0.01
+    sides: int = 8
+    pivots: int = 200
+
+    def weights(self, radius: float) -> Array:
+        """(6,) what a unit of force and torque in T counts: 1, 1/lever about x and y, 1/radius about the axis."""
+        return np.array([1.0, 1.0, 1.0, 1.0 / self.lever, 1.0 / self.lever, 1.0 / radius])
+
+    def share(
+        self, A: Array, wanted: Array, n_W: Array, squeeze: Array, f_prev: Array, bounds: Bounds, active: Marks | None
+    ) -> ContactForces:
+        """Solves the program.
+
+        Args:
+            A: (6, 3k) weighted map from contact forces in W to the wrench, `W diag(R^T, R^T) G`.
+            wanted: (6,) weighted wrench, `W F_hd`.
+            n_W: (k, 3) handle's outward unit normals, in W.
+            squeeze: (k,) pressing forces that are wanted where the wrench leaves a choice, N_d [N].
+            f_prev: (k, 3) forces of the last tick, in W [N].
+            bounds: Cones, pressing forces and joint torques.
+            active: Of the last answer for the same contacts; None for a fresh start.
+
+        Returns:
+            The answer; its `lost` is weighted, as `wanted` is.
+        """
+        k = len(n_W)
+        H = A.T @ A
+        H.flat[:: 3 * k + 1] += self.follow + self.rest
+        centre = self.follow * f_prev + (-self.rest * squeeze)[:, None] * n_W
+        slope = -(wanted @ A) - centre.ravel()
+        rows, low, high, kinds = self._rows(n_W, bounds)
+        warm = kinds if active is None or len(active) != len(kinds) else kinds | active
+        f, _, flag, info = daqp.solve(H, slope, rows, high, low, warm, w_soft=PRICE, iter_limit=self.pivots)
+        prices = info["lam"]
+        if flag < 1 or not np.isfinite(f.sum()):
+            return self._nothing(A, wanted, n_W, bounds, kinds)
+        torque = bounds.T @ f
+        overload = np.maximum(np.maximum(torque - bounds.torque_most, bounds.torque_least - torque), 0.0)
+        f_W = f.reshape(k, 3)
+        limited = prices[len(rows) - len(torque) :] != 0.0
+        return ContactForces(
+            f_W=f_W,
+            lost=wanted - A @ f,
+            margin=cone_margin(f_W, n_W, bounds.friction),
+            limited=limited,
+            overload=overload,
+            status=Sharing.OVERLOADED if limited.any() else Sharing.SOLVED,
+            iterations=int(info["iterations"]),
+            # a row that binds at its upper bound is marked 1, at its lower 3
+            active=np.where(prices > 0.0, 1, np.where(prices < 0.0, 3, 0)).astype(np.int32),
+        )
+
+    def _rows(self, n_W: Array, bounds: Bounds) -> tuple[Array, Array, Array, Marks]:
+        """Rows, their bounds and their kinds: pyramids, pressing forces, joint torques."""
+        k, m, sides = len(n_W), len(bounds.T), self.sides
+        cones = k * sides
+        rows = np.zeros((cones + k + m, 3 * k))
+        pyramids = polyhedral_cones(n_W, bounds.friction, sides)
+        for i in range(k):
+            rows[i * sides : (i + 1) * sides, 3 * i : 3 * i + 3] = pyramids[i]
+            rows[cones + i, 3 * i : 3 * i + 3] = -n_W[i]
+        rows[cones + k :] = bounds.T
+        low: Array = np.full(len(rows), -BEYOND)
+        high: Array = np.zeros(len(rows))
+        low[cones : cones + k], high[cones : cones + k] = bounds.least, bounds.most
+        low[cones + k :], high[cones + k :] = bounds.torque_least, bounds.torque_most
+        kinds = np.zeros(len(rows), dtype=np.int32)
+        kinds[cones + k :] = SOFT
+        return rows, low, high, kinds
+
+    def _nothing(self, A: Array, wanted: Array, n_W: Array, bounds: Bounds, kinds: Marks) -> ContactForces:
+        """The least forces along the normals, which satisfy every hard row."""
+        f_W = -bounds.least[:, None] * n_W
+        none = np.zeros(len(bounds.T))
+        return ContactForces(
+            f_W, wanted - A @ f_W.ravel(), bounds.friction * bounds.least, none > 0.0, none, Sharing.FAILED,
+            self.pivots, np.zeros_like(kinds),
+        )  # fmt: skip

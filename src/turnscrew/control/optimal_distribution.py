@@ -1,0 +1,125 @@
+"""Sharing the hand's wrench by optimisation: the least squeeze that holds, within what the drives can give."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from turnscrew.contact.force_sharing import Bounds, ForceSharing, Marks
+from turnscrew.contact.grasp import grasp_matrix
+from turnscrew.geometry.arrays import Array, Flags, Rows
+from turnscrew.robot.coupling import DRIVEN_INDEX, SELECTION
+from turnscrew.robot.joints import ARM, FINGERS
+from turnscrew.robot.model import RobotModel
+from turnscrew.robot.motors import DRIVE_LIMITS
+from turnscrew.signals import GRIP, Estimate, Goal
+
+HAND = slice(len(ARM), len(DRIVEN_INDEX))
+"""Drives whose torque contact forces may exhaust: the arm's has fifty times what a fingertip asks of it."""
+
+FIRST = 0.1
+"""Share up to which a finger counts as one that has just touched."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shared:
+    """What is remembered of the last tick.
+
+    Attributes:
+        f_W: (5, 3) forces [N].
+        held: Which fingers shared.
+        active: Rows that bound.
+    """
+
+    f_W: Array
+    held: tuple[int, ...]
+    active: Marks | None
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """Contact forces for a tick: f_W, lost, margin and limited as in `turnscrew.signals.Effort`."""
+
+    f_W: Array
+    lost: Array
+    margin: Array
+    limited: Flags
+
+
+@dataclass(frozen=True)
+class OptimalDistribution:
+    """Contact forces by `ForceSharing`, with bounds that bring fingers in and out without a jump.
+
+    Attributes:
+        robot: Kinematics, gravity and drives.
+        friction: Coefficient counted with, below what is expected of skin on a handle: the rest is margin.
+        most: Largest pressing force of a finger with its whole share [N]; Shadow's fingertips stand 5-8 N for long and
+            more for a moment.
+        least: Least pressing force of a finger with its whole share [N]: an accidental touch does not lift it off.
+        first: The same with a tenth of its share [N]: twice what it touches with.
+        firm: Share from which on a finger may use all its friction: one that still carries across its normal while it
+            hardly presses any more slides off at the end, and shakes the tool.
+        torque: Share of a drive's torque that contact forces may use: what is left moves the finger.
+        sharing: Weights of the program.
+    """
+
+    robot: RobotModel
+    friction: float = 0.6
+    most: float = 12.0
+    least: float = 1.0
+    first: float = 1.0
+    firm: float = 0.5
+    torque: float = 0.9
+    sharing: ForceSharing = field(default_factory=ForceSharing)
+
+    def init(self) -> Shared:
+        """Nothing asked for yet."""
+        return Shared(np.zeros((len(FINGERS), 3)), (), None)
+
+    def update(self, state: Shared, goal: Goal, estimate: Estimate, F_hd: Array, dt: float) -> tuple[Shared, Wanted]:
+        """One tick.
+
+        Args:
+            state: Of the last tick.
+            goal: Shares and squeezes.
+            estimate: Joint angles and contacts.
+            F_hd: (6,) wanted wrench of the hand in T, force first [N, N.m].
+            dt: Time since the last tick [s].
+
+        Returns:
+            The new state, and the forces with their margins.
+
+        Paper: in place of (15) and (16); the error integral of IV-C is not needed where torques press as told.
+        """
+        rows = np.flatnonzero((goal.roles == GRIP) & (goal.share > 0))
+        none = Wanted(np.zeros((5, 3)), F_hd, np.full(5, np.nan), np.zeros(len(DRIVEN_INDEX), dtype=bool))
+        if len(rows) == 0:
+            return self.init(), none
+        held = tuple(rows.tolist())
+        R, n_W, c_W = estimate.R_WT, estimate.n_W[rows], estimate.c_W[rows]
+        weights = self.sharing.weights(estimate.radius)
+        G = grasp_matrix(c_W, estimate.p_WT)
+        A = weights[:, None] * np.concatenate([R.T @ G[:3], R.T @ G[3:]])
+        solved = self.sharing.share(
+            A, weights * F_hd, n_W, goal.squeeze[rows], state.f_W[rows], self._bounds(goal, estimate, rows),
+            state.active if state.held == held else None,
+        )  # fmt: skip
+        f_W, margin, limited = none.f_W, none.margin, none.limited
+        f_W[rows], margin[rows] = solved.f_W, solved.margin
+        limited[HAND] = solved.limited
+        return Shared(f_W, held, solved.active), Wanted(f_W, solved.lost / weights, margin, limited)
+
+    def _bounds(self, goal: Goal, estimate: Estimate, rows: Rows) -> Bounds:
+        dynamics = self.robot.dynamics(estimate.q, estimate.v)
+        J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)[rows].reshape(-1, len(DRIVEN_INDEX))
+        rest = (dynamics.bias @ SELECTION)[HAND]
+        room = self.torque * DRIVE_LIMITS[HAND]
+        share = goal.share[rows]
+        friction = self.friction * np.minimum(share / self.firm, 1.0)
+        return Bounds(friction, self.least * share, self._most(share), J.T[HAND], -room - rest, room - rest)
+
+    def _most(self, share: Array) -> Array:
+        """Largest pressing forces [N]: `first` for who has just touched, then with the square of the share."""
+        more = np.maximum(share - FIRST, 0.0) / (1.0 - FIRST)
+        return np.asarray(np.minimum(share / FIRST, 1.0) * self.first + more * more * (self.most - self.first))

@@ -1,0 +1,85 @@
+"""Optimal contact forces, with fingers that come and go."""
+
+from __future__ import annotations
+
+import numpy as np
+from rigs.grips import FOUR_HELD, PINCHED
+from rigs.messages import goal_of
+
+from turnscrew.contact.grasp import grasp_matrix
+from turnscrew.control.optimal_distribution import OptimalDistribution
+from turnscrew.robot.contact_jacobian import contact_jacobian
+from turnscrew.robot.joints import DRIVEN
+from turnscrew.robot.model import RobotModel
+from turnscrew.robot.motors import DRIVE_LIMITS
+from turnscrew.signals import Role
+
+ROBOT = RobotModel()
+BLOCK = OptimalDistribution(ROBOT)
+TH_MF = np.array([True, False, True, False, False])
+FOUR = np.array([True, True, True, True, False])
+DT = 0.002
+
+
+def gripping(who, share=None, squeeze=4.0):
+    share = who.astype(float) if share is None else share
+    return goal_of(roles=np.where(who, Role.GRIP, Role.FREE), share=share, squeeze=share * squeeze)
+
+
+def run(goals, F_hd, estimate=FOUR_HELD):
+    state, track = BLOCK.init(), []
+    for goal in goals:
+        state, wanted = BLOCK.update(state, goal, estimate, F_hd, DT)
+        track.append(wanted)
+    return track
+
+
+def wrench(f_W):
+    return grasp_matrix(FOUR_HELD.c_W, FOUR_HELD.p_WT) @ f_W.ravel()
+
+
+def test_four_fingers_give_the_wanted_wrench():
+    F_hd = np.array([0.0, 0.0, -4.2, 0.0, 0.0, -0.08])
+    wanted = run([gripping(FOUR)] * 30, F_hd)[-1]
+    np.testing.assert_allclose(wrench(wanted.f_W)[[2, 5]], F_hd[[2, 5]], rtol=0.02)
+    assert (wanted.margin[FOUR] >= -1e-9).all()
+    assert np.isnan(wanted.margin[~FOUR]).all()
+    assert not wanted.limited.any()
+
+
+def test_a_finger_that_leaves_takes_its_force_along_without_a_jump():
+    F_hd = np.array([0, 0, -4.2, 0, 0, -0.02])
+    steps = np.linspace(1.0, 0.0, 101)
+    goals = [gripping(FOUR)] * 50 + [gripping(FOUR, np.where(TH_MF, s, FOUR.astype(float))) for s in steps]
+    forces = np.array([wanted.f_W for wanted in run(goals, F_hd)])
+    jumps = np.abs(np.diff(forces[50:], axis=0)).max()
+    # 4 N of squeeze and 2 N of thrust leave in 100 steps; five times an even step would be a jump
+    assert jumps < 5 * 6.0 / 100
+    assert np.abs(forces[-1][TH_MF]).max() < 1e-6
+
+
+def test_a_finger_that_has_just_touched_presses_with_its_share_of_the_most():
+    wanted = run([gripping(FOUR, np.where(TH_MF, 1.0, 0.1) * FOUR)] * 30, np.array([0, 0, -4.2, 0, 0, -0.1]))[-1]
+    pressing = -(wanted.f_W * FOUR_HELD.n_W).sum(axis=1)
+    assert (pressing[[1, 3]] <= BLOCK.first + 1e-5).all()
+
+
+def test_more_than_the_drives_can_give_is_left_out_and_named():
+    F_hd = np.array([0, 0, -5.0, 0, 0, -0.8])
+    wanted = run([gripping(TH_MF)] * 50, F_hd, PINCHED)[-1]
+    assert np.linalg.norm(wanted.lost) > 0.1
+    J = contact_jacobian(ROBOT.fingertips(PINCHED.q), np.array([0, 2]), PINCHED.c_W[[0, 2]])
+    torque = np.abs(J.T @ wanted.f_W[[0, 2]].ravel())
+    assert (torque[4:] <= DRIVE_LIMITS[4:]).all()
+    strong = OptimalDistribution(ROBOT, most=60.0)
+    state = strong.init()
+    for _ in range(50):
+        state, wanted = strong.update(state, gripping(TH_MF), PINCHED, F_hd, DT)
+    assert {name[:2] for name, full in zip(DRIVEN, wanted.limited, strict=True) if full} <= {"TH", "MF", "WR"}
+    assert wanted.limited.any()
+
+
+def test_without_a_grip_nothing_is_asked():
+    wanted = run([goal_of()], np.ones(6))[0]
+    assert not wanted.f_W.any()
+    np.testing.assert_array_equal(wanted.lost, np.ones(6))
