@@ -117,8 +117,9 @@ class SqpSolver:
         objective = float(abs(x0[3:X_POSE] @ frame.r_bar))
         residuals = None
         if usable(frame, parameters, x0):
-            # no answer beats a feasible start that looks as seen, which is what most frames of the loop are
-            if 1.0 - objective**2 <= 0.5 * self.tolerance:
+            # no answer beats a feasible start that looks as seen, which is what most frames of the loop are; where the
+            # tip is out of its box there is nothing to judge
+            if 1.0 - objective**2 <= 0.5 * self.tolerance and float(np.abs(x0[:3]).max()) <= bounds.high[0]:
                 residuals = judged(problem, frame, bounds, parameters, x0)
             if residuals is not None and residuals.excess <= 0.0:
                 status, prices = SqpStatus.CONVERGED, _none(problem)
