@@ -60,6 +60,8 @@ class OptimalDistribution:
     Attributes:
         robot: Kinematics, gravity and drives.
         friction: Coefficient counted with, below what is expected of skin on a handle: the rest is margin.
+        margin: Force across its normal that a contact with its whole share must have to spare [N]: a push of 3 N on the
+            handle is half a newton to two newtons for each of two fingers, by its direction.
         most: Largest pressing force of a finger with its whole share [N]; Shadow's fingertips stand 5-8 N for long and
             more for a moment.
         least: Least pressing force of a finger with its whole share [N]: an accidental touch does not lift it off.
@@ -77,6 +79,7 @@ class OptimalDistribution:
 
     robot: RobotModel
     friction: float = 0.6
+    margin: float = 1.0
     most: float = 12.0
     least: float = 1.0
     first: float = 1.0
@@ -139,7 +142,9 @@ class OptimalDistribution:
         room = self.torque * DRIVE_LIMITS[HAND]
         share = goal.share[rows]
         friction = self.friction * np.minimum(share / self.firm, 1.0)
-        return Bounds(friction, self.least * share, self._most(share), J.T[HAND], -room - rest, room - rest)
+        return Bounds(
+            friction, self.margin * share, self.least * share, self._most(share), J.T[HAND], -room - rest, room - rest
+        )
 
     def _most(self, share: Array) -> Array:
         """Largest pressing forces [N]: `first` for who has just touched, then with the square of the share."""

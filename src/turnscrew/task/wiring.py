@@ -66,11 +66,6 @@ shake them twice as long.  Found by trial: five runs of five rounds stay below f
 of fingertip sensors each of them raises one."""
 
 
-FIRM, SUPPORT_FIRM = 5.0, 6.0
-"""Squeezes of the rolling and of the supporting pair for a robot that takes torques [N].  Servos in position hold a
-handle by their stiffness, too; torques hold it by friction alone.  Found by trial: at 4 N a push of 3 N strikes the
-handle from between FF and RF within 20 ms where friction is a fifth lower than believed."""
-
 SUPPORT_SPEED = 0.2
 """Turning speed while FF and RF hold the handle, for a robot that takes torques [rad/s]: 3.4 deg in .4 s.  Found by
 trial: at 6 deg the middle finger, coming back, meets the first in one run of ten."""
@@ -119,7 +114,7 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
     torque = scenario.robot.actuation == "torque"
     gait = Gait(plan, Placing(robot, plan), scenario.speed.turning)
     if torque:
-        gait = replace(gait, squeeze=FIRM, support_squeeze=SUPPORT_FIRM, support_speed=SUPPORT_SPEED)
+        gait = replace(gait, support_speed=SUPPORT_SPEED)
     return Blocks(
         sensors=build_sensors(scenario, plan),
         estimator=build_estimator(scenario, plan, robot, inertia, believed_radius),
