@@ -23,8 +23,9 @@ def contacts(angles):
 def bounds(k, least=0.5, most=12.0, T=None, torque=1.0, margin=0.0):
     T = np.zeros((0, 3 * k)) if T is None else T
     return Bounds(
-        np.full(k, MU), np.full(k, least), np.full(k, most), T, np.full(len(T), -torque), np.full(len(T), torque)
-    )
+        np.full(k, MU), np.full(k, margin), np.full(k, least), np.full(k, most), T,
+        np.full(len(T), -torque), np.full(len(T), torque),
+    )  # fmt: skip
 
 
 def share(angles, F, given=None, squeeze=3.0, f_prev=None, active=None, ticks=1):
