@@ -22,6 +22,9 @@ FIRST = 0.1
 """Share up to which a finger counts as one that has just touched."""
 
 
+SPEND, REGAIN = 0.05, 0.5
+"""Times in which the whole margin is given up and taken back [s]: at once for a hand, and without a ripple in force."""
+
 QUIET = 0.1
 """Rate of leaning that means nothing [rad/s]: three times what the encoders' noise makes."""
 
@@ -35,12 +38,14 @@ class Shared:
         held: Which fingers shared.
         active: Rows that bound.
         alarm: Squeeze added because the tool has leaned fast [N].
+        spare: Share of the contacts' margin that the drives have torque for, 0 to 1.
     """
 
     f_W: Array
     held: tuple[int, ...]
     active: Marks | None
     alarm: float = 0.0
+    spare: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,13 +126,16 @@ class OptimalDistribution:
         A = weights[:, None] * np.concatenate([R.T @ G[:3], R.T @ G[3:]])
         squeeze = goal.squeeze[rows] + alarm * goal.share[rows]
         solved = self.sharing.share(
-            A, weights * F_hd, n_W, squeeze, state.f_W[rows], self._bounds(goal, estimate, rows),
+            A, weights * F_hd, n_W, squeeze, state.f_W[rows], self._bounds(state, goal, estimate, rows),
             state.active if state.held == held else None,
         )  # fmt: skip
         f_W, margin, limited = none.f_W, none.margin, none.limited
         f_W[rows], margin[rows] = solved.f_W, solved.margin
-        limited[HAND] = solved.limited
-        return Shared(f_W, held, solved.active, alarm), Wanted(f_W, solved.lost / weights, margin, limited)
+        # drives at their limits take the margin first; only when that is spent do they hold back the wrench
+        spare = state.spare - dt / SPEND if solved.limited.any() else state.spare + dt / REGAIN
+        spare = min(max(spare, 0.0), 1.0)
+        limited[HAND] = solved.limited & (spare == 0.0)
+        return Shared(f_W, held, solved.active, alarm, spare), Wanted(f_W, solved.lost / weights, margin, limited)
 
     def _alarm(self, state: Shared, estimate: Estimate, dt: float) -> float:
         """Squeeze that a leaning tool asks for [N]: at once, and fading."""
@@ -135,7 +143,7 @@ class OptimalDistribution:
         wanted = max(self.reflex * (leaning - QUIET), state.alarm * (1.0 - dt / self.calm))
         return min(wanted, self.most_reflex)
 
-    def _bounds(self, goal: Goal, estimate: Estimate, rows: Rows) -> Bounds:
+    def _bounds(self, state: Shared, goal: Goal, estimate: Estimate, rows: Rows) -> Bounds:
         dynamics = self.robot.dynamics(estimate.q, estimate.v)
         J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)[rows].reshape(-1, len(DRIVEN_INDEX))
         rest = (dynamics.bias @ SELECTION)[HAND]
@@ -143,7 +151,13 @@ class OptimalDistribution:
         share = goal.share[rows]
         friction = self.friction * np.minimum(share / self.firm, 1.0)
         return Bounds(
-            friction, self.margin * share, self.least * share, self._most(share), J.T[HAND], -room - rest, room - rest
+            friction,
+            state.spare * self.margin * share,
+            self.least * share,
+            self._most(share),
+            J.T[HAND],
+            -room - rest,
+            room - rest,
         )
 
     def _most(self, share: Array) -> Array:
