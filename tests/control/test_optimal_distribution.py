@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from rigs.grips import FOUR_HELD, PINCHED
 from rigs.messages import goal_of
@@ -83,3 +85,24 @@ def test_without_a_grip_nothing_is_asked():
     wanted = run([goal_of()], np.ones(6))[0]
     assert not wanted.f_W.any()
     np.testing.assert_array_equal(wanted.lost, np.ones(6))
+
+
+def test_the_squeeze_rises_with_a_tool_that_leans_and_fades_again():
+    def pressing(wanted):
+        return -(wanted.f_W * PINCHED.n_W).sum(axis=1)[TH_MF].mean()
+
+    goal, F_hd = gripping(TH_MF, squeeze=6.0), np.array([0.0, 0.0, -4.2, 0.0, 0.0, 0.0])
+    pushed = replace(PINCHED, nu=np.array([0.0, 0, 0, 0.8, 0, 0]))
+    state, track = BLOCK.init(), []
+    for estimate in [PINCHED] * 50 + [pushed] * 10 + [PINCHED] * 750:
+        state, wanted = BLOCK.update(state, goal, estimate, F_hd, DT)
+        track.append(pressing(wanted))
+    # 6 N.s/rad above .1 rad/s are 4.2 N; within ten ticks nearly all of it
+    assert track[59] - track[49] > 3.5
+    # 1.5 s are five times the time in which it fades
+    assert abs(track[-1] - track[49]) < 0.1
+
+
+def test_every_contact_keeps_its_margin():
+    wanted = run([gripping(TH_MF, squeeze=1.0)] * 60, np.array([0, 0, -4.2, 0, 0, -0.03]), PINCHED)[-1]
+    assert (wanted.margin[TH_MF] >= BLOCK.margin - 1e-5).all()

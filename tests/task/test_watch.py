@@ -143,7 +143,7 @@ def test_a_drive_at_its_limit_is_named_once_with_what_is_left_out():
     cut = Strain(Effort(np.zeros(6), np.zeros((5, 3)), np.zeros(6)), limited)
     easy = Strain(Effort(np.zeros(6), np.zeros((5, 3)), np.zeros(6)), limited & False)
     state, found = WATCH.init(), []
-    for i, strain in enumerate((easy, strained, strained, easy, cut)):
+    for i, strain in enumerate((easy, strained, easy, strained, *[easy] * 51, cut)):
         state, faults = WATCH.update(
             state, measured(i * DT), estimate_of(touching=HELD), goal_of(roles=GRIP), DT, strain
         )  # fmt: skip

@@ -1,10 +1,11 @@
 """The smallest contact forces that do what they can of a wanted wrench, inside cones and joint torques: a small QP.
 
     min  |W (G f - F)|^2 + a |f - f_prev|^2 + b |f - (-N_d n)|^2
-    s.t. f inside an inner pyramid of each friction cone,  N_lo <= f_n <= N_hi,
+    s.t. f inside an inner pyramid of each friction cone, by a margin,  N_lo <= f_n <= N_hi,
          tau_lo <= J^T f <= tau_hi, at a price.
 
-The wanted wrench is a target and not a constraint, and forces along the inward normals satisfy every hard row.  So
+The wanted wrench is a target and not a constraint, and the largest forces along the inward normals satisfy every hard
+row.  So
 there always is an answer: what cannot be done is left out, and said.
 
 Paper: stands for (15) and (16).  (15) is the wrench term; the rest is the "proper choice of F_0" that (16) leaves open.
@@ -14,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from math import cos, pi
 from typing import TypeAlias
 
 import daqp
@@ -52,6 +54,8 @@ class Bounds:
 
     Attributes:
         friction: (k,) coefficients counted with.
+        margin: (k,) force across its normal that each contact must have to spare [N]; as much of it as its largest
+            pressing force has room for.
         least: (k,) least pressing force [N], at least 0.
         most: (k,) largest pressing force [N].
         T: (m, 3k) joint torques of the contact forces, rows of J^T.
@@ -60,6 +64,7 @@ class Bounds:
     """
 
     friction: Array
+    margin: Array
     least: Array
     most: Array
     T: Array
@@ -171,6 +176,8 @@ class ForceSharing:
         rows[cones + k :] = bounds.T
         low: Array = np.full(len(rows), -BEYOND)
         high: Array = np.zeros(len(rows))
+        room = 0.9 * cos(pi / sides) * bounds.friction * bounds.most
+        high[:cones] = -np.repeat(np.minimum(bounds.margin, room), sides)
         low[cones : cones + k], high[cones : cones + k] = bounds.least, bounds.most
         low[cones + k :], high[cones + k :] = bounds.torque_least, bounds.torque_most
         kinds = np.zeros(len(rows), dtype=np.int32)
@@ -178,10 +185,10 @@ class ForceSharing:
         return rows, low, high, kinds
 
     def _nothing(self, A: Array, wanted: Array, n_W: Array, bounds: Bounds, kinds: Marks) -> ContactForces:
-        """The least forces along the normals, which satisfy every hard row."""
-        f_W = -bounds.least[:, None] * n_W
+        """The largest forces along the normals, which satisfy every hard row."""
+        f_W = -bounds.most[:, None] * n_W
         none = np.zeros(len(bounds.T))
         return ContactForces(
-            f_W, wanted - A @ f_W.ravel(), bounds.friction * bounds.least, none > 0.0, none, Sharing.FAILED,
+            f_W, wanted - A @ f_W.ravel(), bounds.friction * bounds.most, none > 0.0, none, Sharing.FAILED,
             self.pivots, np.zeros_like(kinds),
         )  # fmt: skip

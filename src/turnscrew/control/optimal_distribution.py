@@ -22,6 +22,13 @@ FIRST = 0.1
 """Share up to which a finger counts as one that has just touched."""
 
 
+SPEND, REGAIN = 0.05, 0.5
+"""Times in which the whole margin is given up and taken back [s]: at once for a hand, and without a ripple in force."""
+
+QUIET = 0.1
+"""Rate of leaning that means nothing [rad/s]: three times what the encoders' noise makes."""
+
+
 @dataclass(frozen=True, slots=True)
 class Shared:
     """What is remembered of the last tick.
@@ -30,11 +37,15 @@ class Shared:
         f_W: (5, 3) forces [N].
         held: Which fingers shared.
         active: Rows that bound.
+        alarm: Squeeze added because the tool has leaned fast [N].
+        spare: Share of the contacts' margin that the drives have torque for, 0 to 1.
     """
 
     f_W: Array
     held: tuple[int, ...]
     active: Marks | None
+    alarm: float = 0.0
+    spare: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,22 +65,33 @@ class OptimalDistribution:
     Attributes:
         robot: Kinematics, gravity and drives.
         friction: Coefficient counted with, below what is expected of skin on a handle: the rest is margin.
+        margin: Force across its normal that a contact with its whole share must have to spare [N]: a push of 3 N on the
+            handle is half a newton to two newtons for each of two fingers, by its direction.
         most: Largest pressing force of a finger with its whole share [N]; Shadow's fingertips stand 5-8 N for long and
             more for a moment.
         least: Least pressing force of a finger with its whole share [N]: an accidental touch does not lift it off.
         first: The same with a tenth of its share [N]: twice what it touches with.
         firm: Share from which on a finger may use all its friction: one that still carries across its normal while it
             hardly presses any more slides off at the end, and shakes the tool.
+        reflex: Squeeze added for a tool that is pushed over, by how fast it leans [N.s/rad]: the fingers' own damping
+            of 20 N.s/m, 125 mm above the tip, resists with 2.5 N a rad/s across the contacts, which asks for that over
+            the friction counted with.
+        calm: Time in which such squeeze fades again [s], longer than a push.
+        most_reflex: Its limit [N].
         torque: Share of a drive's torque that contact forces may use: what is left moves the finger.
         sharing: Weights of the program.
     """
 
     robot: RobotModel
     friction: float = 0.6
+    margin: float = 1.0
     most: float = 12.0
     least: float = 1.0
     first: float = 1.0
     firm: float = 0.5
+    reflex: float = 6.0
+    calm: float = 0.3
+    most_reflex: float = 6.0
     torque: float = 0.9
     sharing: ForceSharing = field(default_factory=ForceSharing)
 
@@ -98,26 +120,45 @@ class OptimalDistribution:
             return self.init(), none
         held = tuple(rows.tolist())
         R, n_W, c_W = estimate.R_WT, estimate.n_W[rows], estimate.c_W[rows]
+        alarm = self._alarm(state, estimate, dt)
         weights = self.sharing.weights(estimate.radius)
         G = grasp_matrix(c_W, estimate.p_WT)
         A = weights[:, None] * np.concatenate([R.T @ G[:3], R.T @ G[3:]])
+        squeeze = goal.squeeze[rows] + alarm * goal.share[rows]
         solved = self.sharing.share(
-            A, weights * F_hd, n_W, goal.squeeze[rows], state.f_W[rows], self._bounds(goal, estimate, rows),
+            A, weights * F_hd, n_W, squeeze, state.f_W[rows], self._bounds(state, goal, estimate, rows),
             state.active if state.held == held else None,
         )  # fmt: skip
         f_W, margin, limited = none.f_W, none.margin, none.limited
         f_W[rows], margin[rows] = solved.f_W, solved.margin
-        limited[HAND] = solved.limited
-        return Shared(f_W, held, solved.active), Wanted(f_W, solved.lost / weights, margin, limited)
+        # drives at their limits take the margin first; only when that is spent do they hold back the wrench
+        spare = state.spare - dt / SPEND if solved.limited.any() else state.spare + dt / REGAIN
+        spare = min(max(spare, 0.0), 1.0)
+        limited[HAND] = solved.limited & (spare == 0.0)
+        return Shared(f_W, held, solved.active, alarm, spare), Wanted(f_W, solved.lost / weights, margin, limited)
 
-    def _bounds(self, goal: Goal, estimate: Estimate, rows: Rows) -> Bounds:
+    def _alarm(self, state: Shared, estimate: Estimate, dt: float) -> float:
+        """Squeeze that a leaning tool asks for [N]: at once, and fading."""
+        leaning = float(np.hypot(estimate.nu[3], estimate.nu[4]))
+        wanted = max(self.reflex * (leaning - QUIET), state.alarm * (1.0 - dt / self.calm))
+        return min(wanted, self.most_reflex)
+
+    def _bounds(self, state: Shared, goal: Goal, estimate: Estimate, rows: Rows) -> Bounds:
         dynamics = self.robot.dynamics(estimate.q, estimate.v)
         J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)[rows].reshape(-1, len(DRIVEN_INDEX))
         rest = (dynamics.bias @ SELECTION)[HAND]
         room = self.torque * DRIVE_LIMITS[HAND]
         share = goal.share[rows]
         friction = self.friction * np.minimum(share / self.firm, 1.0)
-        return Bounds(friction, self.least * share, self._most(share), J.T[HAND], -room - rest, room - rest)
+        return Bounds(
+            friction,
+            state.spare * self.margin * share,
+            self.least * share,
+            self._most(share),
+            J.T[HAND],
+            -room - rest,
+            room - rest,
+        )
 
     def _most(self, share: Array) -> Array:
         """Largest pressing forces [N]: `first` for who has just touched, then with the square of the share."""

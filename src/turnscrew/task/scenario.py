@@ -41,7 +41,6 @@ def load(path: Path | None = None, overrides: Sequence[str] = (), seed: int | No
         details = error.errors(include_url=False)
         more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
         raise ScenarioError(_line(details[0]) + more) from None
-    _check_offered(scenario)
     _check_together(scenario)
     return scenario
 
@@ -154,21 +153,6 @@ def _wish(field: FieldInfo) -> str:
 def _extra(field: FieldInfo) -> Mapping[str, Any]:
     extra = field.json_schema_extra
     return extra if isinstance(extra, dict) else {}
-
-
-def _check_offered(scenario: Scenario) -> None:
-    for name, field in fields():
-        value = _get(scenario, name)
-        later = _extra(field)["later"]
-        if isinstance(value, str) and value in later:
-            raise ScenarioError(f"{name} = {value!r}: not yet, it {later[value]}; today use {field.default!r}")
-
-
-def _get(scenario: Scenario, name: str) -> Any:
-    value: Any = scenario
-    for part in name.split("."):
-        value = getattr(value, part)
-    return value
 
 
 def _check_together(scenario: Scenario) -> None:

@@ -17,11 +17,9 @@ def key(default: Any, unit: str, meaning: str, source: str, **rules: Any) -> Any
         unit: Its SI unit, or "-" for a pure number or a word.
         meaning: One sentence.
         source: Where the default comes from.
-        **rules: `ge`, `le`, `gt`, `lt` as pydantic takes them; `later` maps values that are known
-            but not yet offered to what they come with.
+        **rules: `ge`, `le`, `gt`, `lt` as pydantic takes them.
     """
-    extra = {"unit": unit, "source": source, "later": rules.pop("later", {})}
-    return Field(default, description=meaning, json_schema_extra=extra, **rules)
+    return Field(default, description=meaning, json_schema_extra={"unit": unit, "source": source}, **rules)
 
 
 def _tuple(value: Any) -> Any:

@@ -55,9 +55,7 @@ def _comment(field: FieldInfo) -> Iterator[str]:
 def _range(field: FieldInfo) -> str:
     kind = str(field.annotation)
     if "Literal" in kind:
-        later: Any = (field.json_schema_extra or {})["later"]  # type: ignore[index]
-        words = kind[kind.index("[") + 1 : kind.rindex("]")].replace("'", '"').split(", ")
-        return " or ".join(word + (f" ({later[word[1:-1]]})" if word[1:-1] in later else "") for word in words)
+        return " or ".join(kind[kind.index("[") + 1 : kind.rindex("]")].replace("'", '"').split(", "))
     bounds = limits(field)
     if not bounds:
         return "three of 0 to 0.02"

@@ -28,6 +28,7 @@ class WatchState:
         unread: Time for which a reading has not been a number [s].
         round: Rounds at the last tick.
         theta: Screw angle when the last round ended [rad].
+        eased: Time since a drive was at its limit [s].
         lasting: Trouble that the run lives with and that is not over: named when it began.
     """
 
@@ -40,6 +41,7 @@ class WatchState:
     unread: float = 0.0
     round: int = 0
     theta: float = 0.0
+    eased: float = 0.0
     lasting: frozenset[FaultKind] = frozenset()
 
 
@@ -74,6 +76,8 @@ class Watch:
             each, within the play of the blade in the slot,
         sightless: and the same before the first pose [s], when the robot has only been told where the tool is.
         refused: Camera frames refused in a row that make the pose suspect: one or two are outliers.
+        eased: Time after which a drive that was at its limit no longer is [s]: a load that comes and goes in a stroke
+            is named once.
         unread: Longest time without a number from an encoder or force sensor [s]: five ticks.
     """
 
@@ -87,6 +91,7 @@ class Watch:
     blind: float = 10.0
     sightless: float = 2.0
     refused: int = 3
+    eased: float = 0.5
     unread: float = 0.05
 
     def init(self) -> WatchState:
@@ -125,7 +130,11 @@ class Watch:
             for kind, evidence in self._ending(following, measurement, estimate, goal, turned)
         )
         lasting = dict(self._lasting(following, measurement, estimate))
-        lasting.update(self._strained(strain))
+        strained = dict(self._strained(strain))
+        following = replace(following, eased=0.0 if strained else state.eased + dt)
+        lasting.update(strained)
+        if following.eased < self.eased and FaultKind.TORQUE_SATURATED in state.lasting:
+            lasting.setdefault(FaultKind.TORQUE_SATURATED, "")
         begun = tuple(
             Fault(kind, measurement.time, evidence, ends=False)
             for kind, evidence in lasting.items()

@@ -114,7 +114,9 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
     """The loop's blocks, told what the robot is told."""
     inertia = believed_inertia(scenario, believed_radius)
     torque = scenario.robot.actuation == "torque"
-    gait = Gait(plan, Placing(robot, plan), scenario.speed.turning, support_speed=SUPPORT_SPEED if torque else 0.0)
+    gait = Gait(plan, Placing(robot, plan), scenario.speed.turning)
+    if torque:
+        gait = replace(gait, support_speed=SUPPORT_SPEED)
     return Blocks(
         sensors=build_sensors(scenario, plan),
         estimator=build_estimator(scenario, plan, robot, inertia, believed_radius),

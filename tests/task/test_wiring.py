@@ -1,0 +1,54 @@
+"""A key of the scenario reaches the block that it is for."""
+
+from __future__ import annotations
+
+from turnscrew.actuate.position import PositionAdapter
+from turnscrew.actuate.torque import TorqueAdapter
+from turnscrew.control.distribution import Distribution
+from turnscrew.control.optimal_distribution import OptimalDistribution
+from turnscrew.decide.plans import plan_for
+from turnscrew.robot.model import RobotModel
+from turnscrew.task.scenario import load
+from turnscrew.task.wiring import Blocks, build_blocks
+
+PLAN = plan_for(0.018)
+ROBOT = RobotModel()
+
+
+def blocks(*overrides: str) -> Blocks:
+    return build_blocks(load(None, list(overrides), 0), PLAN, ROBOT, 0.018)
+
+
+def test_positions_are_the_default():
+    built = blocks()
+    assert isinstance(built.adapter, PositionAdapter)
+    assert isinstance(built.controller.distribution, Distribution)
+    assert built.between is None
+    assert not built.controller.servo.measured
+    assert built.gait.support_speed == 0.0
+
+
+def test_torques_come_with_their_servo_and_optimal_forces():
+    built = blocks("robot.actuation=torque")
+    assert isinstance(built.adapter, TorqueAdapter)
+    assert isinstance(built.controller.distribution, OptimalDistribution)
+    assert built.between is not None
+    assert built.controller.servo.measured
+
+
+def test_null_space_forces_press_as_told_without_an_integral():
+    distribution = blocks("robot.actuation=torque", "control.forces=null-space").controller.distribution
+    assert isinstance(distribution, Distribution)
+    assert distribution.rate == 0.0
+
+
+def test_friction_is_believed_with_its_error():
+    plain, wrong = (blocks("robot.actuation=torque", *more) for more in ((), ("model.friction_error=0.2",)))
+    assert wrong.controller.distribution.friction == 1.2 * plain.controller.distribution.friction
+
+
+def test_beats_divide_the_plants_steps():
+    assert load(None, [], 0).beats_per_tick == 1
+    assert load(None, ["robot.actuation=torque"], 0).beats_per_tick == 5
+    assert load(None, ["robot.actuation=torque", "rate.torque=1000"], 0).beats_per_tick == 10
+    assert load(None, ["robot.actuation=torque", "rate.torque=100"], 0).beats_per_tick == 1
