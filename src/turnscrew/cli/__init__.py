@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from turnscrew import __version__
+from turnscrew.cli.envelope import envelope
 from turnscrew.cli.study import study_app
 from turnscrew.errors import TurnscrewError
 
@@ -185,6 +186,9 @@ def plan(
         rows.append(("written to", str(out)))
     _list(rows)
     return 0
+
+
+app.command()(envelope)
 
 
 @app.command()

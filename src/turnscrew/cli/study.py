@@ -107,6 +107,27 @@ def slips(
     return 0
 
 
+@study_app.command(name="envelope")
+def give_way(
+    grips: Annotated[
+        list[str] | None,
+        typer.Option("--grasp", help='Of "TH+MF", "FF+RF" and "all four" this one only; repeatable.'),
+    ] = None,
+    forces: Annotated[
+        list[str] | None,
+        typer.Option("--forces", help='Of "surest" and "controller" this choice of contact forces only; repeatable.'),
+    ] = None,
+    jobs: JobsOption = 1,
+    out: TablesOption = Path("runs/envelope-study"),
+) -> int:
+    """Put grasps into the simulated cell, raise the torque until they give way, and compare with what was predicted."""
+    from turnscrew.show.give_way_report import report
+    from turnscrew.study.envelope_study import COMBINATIONS, chosen_forces, chosen_grips, parts
+
+    report(parts(COMBINATIONS, chosen_grips(grips), chosen_forces(forces), out), jobs, out, _console())
+    return 0
+
+
 def _console() -> Console:
     """A console for tables, which are wider than a narrow terminal: better their lines break than their cells."""
     from rich.console import Console
