@@ -81,9 +81,8 @@ class SqpSolver:
         again: Least curvature at the start of the second try, which is near its end and shall not jump.
         concave: How much a contact's curvature had to be raised for a second try: times a box's squared side of
             .014^2 that is 1e-6, the tolerance to which IPOPT's objective is wanted.  Two in five frames are tried
-            twice; without second tries one in seventy misses that objective.  With them one in 500 random frames does,
-            none with the filter's rbar, and with the camera's one in 200 on the runs that this was chosen on, one in
-            180 (two contacts) to 80 (four) on others.
+            twice; without second tries one in seventy misses that objective.  With them one in 230 random frames does,
+            none with the filter's rbar, and with the camera's one in a hundred (unseen frames and runs).
         pivots: Most changes of daqp's active set; a hundred are many.
     """
 
