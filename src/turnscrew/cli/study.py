@@ -128,6 +128,27 @@ def give_way(
     return 0
 
 
+@study_app.command()
+def stability(
+    overrides: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Override a key in all grasps; repeatable."),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the runs and of their disturbances.")] = 0,
+    gain_map: Annotated[
+        bool, typer.Option("--map/--no-map", help="Also the map of stable gains: natural frequency against delay.")
+    ] = True,
+    jobs: JobsOption = 1,
+    out: TablesOption = Path("runs/stability"),
+) -> int:
+    """Tell how late commands may come, or how stiff the control may be, before a held tool begins to swing."""
+    from turnscrew.show.stability_report import report
+    from turnscrew.study.stability_study import parts
+
+    report(parts(overrides or [], seed, with_map=gain_map, out=out), jobs, out, _console())
+    return 0
+
+
 def _console() -> Console:
     """A console for tables, which are wider than a narrow terminal: better their lines break than their cells."""
     from rich.console import Console

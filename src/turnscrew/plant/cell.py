@@ -86,6 +86,7 @@ class Cell:
         xml: The model's MJCF.
         model: MuJoCo's model.
         data: MuJoCo's state.
+        twist: The thread's state: how far its stick is bent [rad].
     """
 
     def __init__(self, description: CellDescription, q: Array, p_WT: Array, R_WT: Array) -> None:
@@ -102,7 +103,7 @@ class Cell:
         self.data = mujoco.MjData(self.model)
         self.data.qpos[: len(JOINTS)] = q
         self._thread = description.thread
-        self._twist = self._thread.init()
+        self.twist = self._thread.init()
         hinge = self.model.joint("screw")
         self._screw_q, self._screw_v = int(hinge.qposadr[0]), int(hinge.dofadr[0])
         self._thread_ctrl = self.model.actuator("thread").id
@@ -123,7 +124,7 @@ class Cell:
         data = self.data
         yaw, rate = float(data.qpos[self._screw_q]), float(data.qvel[self._screw_v])
         dt = float(self.model.opt.timestep)
-        self._twist, torque = self._thread.update(self._twist, yaw, rate, dt)
+        self.twist, torque = self._thread.update(self.twist, yaw, rate, dt)
         data.ctrl[self._thread_ctrl] = torque
 
     def step(self) -> None:
@@ -151,6 +152,10 @@ class Cell:
     def fingertip_forces(self) -> Array:
         """True force (5, 3) of each fingertip on what it touches, in its frame F [N], for the force sensors."""
         return self._contacts.fingertip_forces(self.data)
+
+    def forget(self) -> None:
+        """To be called when the state has been changed from outside, at the same simulated time."""
+        self._contacts.forget()
 
     def drive_torques(self) -> Array:
         """Mean torque (24,) of each drive since the last command, in the order of `DRIVEN` [N.m], for strain gauges.

@@ -100,6 +100,10 @@ class ContactReader:
                 self._found.append(Touch(one, other, points[index].copy(), force))
         return self._found
 
+    def forget(self) -> None:
+        """Contacts are worked out again, whatever the time."""
+        self._time = np.nan
+
     def fingertip_forces(self, data: mujoco.MjData) -> Array:
         """Force (5, 3) of each fingertip on whatever it touches, in its frame F [N]."""
         forces = np.zeros((5, 3))

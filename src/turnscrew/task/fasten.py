@@ -16,6 +16,7 @@ from turnscrew.plant.truth import Truth
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import Fault, FaultKind
 from turnscrew.task.judge import Judge
+from turnscrew.task.line import Line
 from turnscrew.task.loop import Loop, LoopState, Tick
 from turnscrew.task.record import Recorder
 from turnscrew.task.scenario_keys import Scenario
@@ -72,7 +73,8 @@ class Run:
             cell.picture(0, 0, 16, 16)
         blocks = build_blocks(scenario, plan, robot, start.believed_radius)
         beats = scenario.beats_per_tick
-        loop = Loop(blocks, Watch(scenario.goal.time_limit), 1.0 / scenario.rate.control, beats)
+        line = Line(scenario.delay_periods)
+        loop = Loop(blocks, Watch(scenario.goal.time_limit), 1.0 / scenario.rate.control, beats, line)
         sensors = blocks.sensors.init(streams["encoders"], streams["force"], streams["camera"])
         believed = exp_so3(np.array([0.0, 0.0, scenario.screw.slot_yaw]))
         state = loop.init(sensors, cell, plan.p_WS, believed)

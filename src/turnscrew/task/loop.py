@@ -18,6 +18,7 @@ from turnscrew.robot.coupling import DRIVEN_INDEX
 from turnscrew.robot.joints import DRIVEN, JOINTS
 from turnscrew.sense.sensors import SensorState
 from turnscrew.signals import Command, Effort, Estimate, Fault, Goal, Measurement
+from turnscrew.task.line import NO_DELAY, Line, Sent
 from turnscrew.task.watch import Strain, Watch, WatchState
 from turnscrew.task.wiring import Blocks
 
@@ -29,7 +30,8 @@ class LoopState:
     """States of all blocks between two ticks, and the motion `sent` (28,) that the joints were told to make [rad].
 
     A robot that takes torques has beats between ticks, and needs for them the joints as read last, the estimate and the
-    goal that are in force, and which drives (24,) a beat has held to their limits.
+    goal that are in force, and which drives (24,) a beat has held to their limits.  Commands that are under way to the
+    drives are in `under_way`.
     """
 
     sensors: SensorState
@@ -41,6 +43,7 @@ class LoopState:
     sent: Array
     joints: JointState | None = None
     last: tuple[Estimate, Goal] | None = None
+    under_way: Sent = ()
     saturated: Flags = field(default_factory=lambda: np.zeros(len(DRIVEN), dtype=bool))
 
 
@@ -65,12 +68,14 @@ class Loop:
         watch: Names trouble.
         dt: Period of the tick [s].
         beats: How often in a tick control and actuation run: more than once for a robot that takes torques.
+        line: What commands take to arrive.
     """
 
     blocks: Blocks
     watch: Watch
     dt: float
     beats: int = 1
+    line: Line = NO_DELAY
 
     def init(self, sensors: SensorState, plant: Cell, p_WT: Array, R_WT: Array) -> LoopState:
         """States before the first tick.
@@ -110,11 +115,13 @@ class Loop:
         gait, goal = blocks.gait.update(state.gait, estimate, dt)
         controller, effort = blocks.controller.update(state.controller, goal, estimate, beat)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, beat)
-        self._write(plant, command, sensors)
+        under_way = self._write(state.under_way, plant, command, sensors)
         strain = Strain(effort, state.saturated | command.saturated) if command.tau is not None else None
         watch, faults = self.watch.update(state.watch, measurement, estimate, goal, dt, strain)
         sent = STILL if command.motion is None else command.motion
-        following = LoopState(sensors, estimator, watch, gait, controller, adapter, sent, joints, (estimate, goal))
+        following = LoopState(
+            sensors, estimator, watch, gait, controller, adapter, sent, joints, (estimate, goal), under_way
+        )
         return following, Tick(known, estimate, faults, goal, effort, command)
 
     def beat(self, state: LoopState, plant: Cell) -> LoopState:
@@ -128,18 +135,23 @@ class Loop:
         estimate = blocks.between.refresh(joints, estimate, dt)
         controller, effort = blocks.controller.update(state.controller, goal, estimate, dt)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, dt)
-        self._write(plant, command, sensors)
+        under_way = self._write(state.under_way, plant, command, sensors)
         return replace(
             state, sensors=sensors, controller=controller, adapter=adapter, joints=joints, last=(estimate, goal),
-            saturated=state.saturated | command.saturated,
+            under_way=under_way, saturated=state.saturated | command.saturated,
         )  # fmt: skip
 
-    def _write(self, plant: Cell, command: Command, sensors: SensorState) -> None:
-        if command.tau is not None:
-            plant.write(command.tau)
-        elif command.q is not None:
+    def _write(self, under_way: Sent, plant: Cell, command: Command, sensors: SensorState) -> Sent:
+        """Puts a command on its way and writes the one that arrives; returns what is under way then."""
+        values = command.tau
+        if values is None and command.q is not None:
             # the servos close their loops on the encoders, whose zeros are off by what only the plant knows
-            plant.write(command.q - sensors.encoders.offset[DRIVEN_INDEX])
+            values = command.q - sensors.encoders.offset[DRIVEN_INDEX]
+        if values is None:
+            return under_way
+        under_way, due = self.line.update(under_way, values)
+        plant.write(due)
+        return under_way
 
     def _sense(self, state: SensorState, plant: Cell) -> tuple[SensorState, Measurement]:
         return self.blocks.sensors.update(state, plant)

@@ -153,10 +153,20 @@ class Robot(Table):
         "What the robot accepts.",
         f"{PAPER}, section V-B: the hand's interface accepts position commands only",
     )
+    delay: float = key(
+        0.0,
+        "s",
+        "Time that a command takes to arrive at the drives; rounded to whole control periods, which are 1 / rate.torque"
+        ' with actuation = "torque" and 1 / rate.control otherwise.',
+        "none: Shadow's loop of 1 kHz puts a command out within a millisecond; `turnscrew study stability` tells how "
+        "much a grasp stands",
+        ge=0.0,
+        le=0.1,
+    )
 
 
 class Control(Table):
-    """How a robot that takes torques shares the wrench among its fingertips."""
+    """How a robot that takes torques holds the tool, and shares the wrench among its fingertips."""
 
     forces: Literal["optimal", "null-space"] = key(
         "optimal",
@@ -164,6 +174,22 @@ class Control(Table):
         "'optimal': the least squeeze that holds, within cones and joint torques, by a QP; 'null-space': (15) and (16) "
         "with F_0 the inward normals times a squeeze. Position commands always take the latter.",
         f"{PAPER} leaves the choice of F_0 open",
+    )
+    frequency: float = key(
+        32.0,
+        "rad/s",
+        "Natural frequency of the errors of the tool's angles: k_p of (10) is its square.",
+        "a third of the 100 rad/s of the finger joints' own damping",
+        ge=1.0,
+        le=500.0,
+    )
+    damping: float = key(
+        1.0,
+        "-",
+        "Damping ratio of these errors: k_v of (10) is 2 * damping * frequency.",
+        "critical: the fastest that does not swing over",
+        ge=0.1,
+        le=10.0,
     )
 
 
@@ -277,6 +303,11 @@ class Scenario(Table):
     def steps_per_tick(self) -> int:
         """Plant steps in one tick of the loop."""
         return round(self.rate.plant / self.rate.control)
+
+    @property
+    def delay_periods(self) -> int:
+        """Control periods that a command takes to arrive."""
+        return round(self.robot.delay * self.rate.control * self.beats_per_tick)
 
     @property
     def beats_per_tick(self) -> int:

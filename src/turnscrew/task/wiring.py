@@ -132,10 +132,11 @@ def build_controller(scenario: Scenario, robot: RobotModel, inertia: ToolInertia
     friction = FRICTION_USED * scenario.contact.finger_friction * (1.0 + scenario.model.friction_error)
     if scenario.robot.actuation == "position":
         return Controller(HybridServo(inertia, scenario.screw.pitch), Distribution(friction))
+    servo = torque_servo(inertia, scenario.screw.pitch, scenario.control.frequency, scenario.control.damping)
     if scenario.control.forces == "null-space":
         # torques press as told: there is nothing for the error integral to make up for
-        return Controller(torque_servo(inertia, scenario.screw.pitch), Distribution(friction, rate=0.0))
-    return Controller(torque_servo(inertia, scenario.screw.pitch), OptimalDistribution(robot, friction))
+        return Controller(servo, Distribution(friction, rate=0.0))
+    return Controller(servo, OptimalDistribution(robot, friction))
 
 
 def build_sensors(scenario: Scenario, plan: GaitPlan) -> Sensors:
