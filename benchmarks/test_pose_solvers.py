@@ -10,8 +10,8 @@ from time import process_time
 import numpy as np
 import pytest
 
-from turnscrew.study.solver_instances import random_frames
-from turnscrew.study.solvers import compared, solver_figures
+from turnscrew.study.solvers.comparison import compared, solver_figures
+from turnscrew.study.solvers.instances import random_frames
 
 FRAMES = 200
 

@@ -21,8 +21,8 @@ from turnscrew.estimate.pose_sqp_status import SQP_ANSWERS
 from turnscrew.geometry.profiles import Capsule, Cylinder, barrel
 from turnscrew.geometry.rotations import log_so3, matrix_from_quaternion, quaternion_from_matrix
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
-from turnscrew.study.random_grasps import RADII, TIP, aligning, drawn_grasp
-from turnscrew.study.random_grasps import Grasp as Case
+from turnscrew.study.solvers.random_grasps import RADII, TIP, aligning, drawn_grasp
+from turnscrew.study.solvers.random_grasps import Grasp as Case
 
 HANDLES: dict[str, SurfaceOfRevolution] = {
     "cylinder": Cylinder(0.018, 0.08, 0.2),

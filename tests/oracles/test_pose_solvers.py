@@ -20,7 +20,7 @@ from turnscrew.estimate.pose_sqp_status import QP_FLAGS, SQP_ANSWERS, SqpStatus
 from turnscrew.geometry.profiles import Capsule, Cylinder, TurnedHandle, barrel, tapered
 from turnscrew.geometry.rotations import exp_so3, matrix_from_quaternion
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
-from turnscrew.study.solvers import REACHED
+from turnscrew.study.solvers.comparison import REACHED
 
 FAMILY: dict[str, SurfaceOfRevolution] = {
     "cylinder": Cylinder(0.018, 0.08, 0.2),

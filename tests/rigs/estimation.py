@@ -25,7 +25,7 @@ from turnscrew.sense.encoders import Encoders
 from turnscrew.sense.fingertip_force import FingertipForce
 from turnscrew.sense.vision import NoisyTruthVision
 from turnscrew.signals import Measurement
-from turnscrew.study.random_corrections import Grip, Instance, drawn_corrections
+from turnscrew.study.solvers.random_corrections import Grip, Instance, drawn_corrections
 
 DT = 0.005
 RADIUS = 0.018

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from turnscrew.errors import ScenarioError
-from turnscrew.study.estimation import run
-from turnscrew.study.estimation_study import RESULTS, Case, cases, chosen, parts, work, write_results
-from turnscrew.study.figures_of_merit import pose_figures, spread
+from turnscrew.study.estimation.figures_of_merit import pose_figures, spread
+from turnscrew.study.estimation.replay import run
+from turnscrew.study.estimation.study import RESULTS, Case, cases, chosen, parts, work, write_results
 from turnscrew.study.parts import finish
 from turnscrew.study.recording import read
 from turnscrew.task.fasten import fasten

@@ -15,8 +15,8 @@ from rich.console import Console
 from turnscrew.errors import ScenarioError
 from turnscrew.show.faults_report import odd, report, table
 from turnscrew.study.disturbances.disturbance import Span
-from turnscrew.study.fault_events import FaultEvent, FaultWatch, fault_event
-from turnscrew.study.faults_study import chosen, load_trace, parts, write_results
+from turnscrew.study.faults.events import FaultEvent, FaultWatch, fault_event
+from turnscrew.study.faults.study import chosen, load_trace, parts, write_results
 from turnscrew.study.parts import finish
 
 

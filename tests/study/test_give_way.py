@@ -12,7 +12,8 @@ from rich.console import Console
 from turnscrew.errors import ScenarioError
 from turnscrew.robot.joints import FINGERS
 from turnscrew.show.give_way_report import agreement_table, report
-from turnscrew.study.envelope_study import (
+from turnscrew.study.envelope.give_way import BEGIN, END, ENGAGE, SECONDS, SLIPPED, End, Forces, ramp
+from turnscrew.study.envelope.study import (
     COMBINATIONS,
     Part,
     chosen_forces,
@@ -21,7 +22,6 @@ from turnscrew.study.envelope_study import (
     parts,
     work,
 )
-from turnscrew.study.give_way import BEGIN, END, ENGAGE, SECONDS, SLIPPED, End, Forces, ramp
 from turnscrew.study.parts import Done
 from turnscrew.task.envelope import Grip
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from turnscrew.geometry.rotations import exp_so3, log_so3
-from turnscrew.study.linearise import jacobian, pack, smoothed_jacobian, unpack
+from turnscrew.study.stability.linearise import jacobian, pack, smoothed_jacobian, unpack
 
 
 def test_a_quadratic_has_its_linear_part_exactly():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from turnscrew.study.linearise import jacobian
-from turnscrew.study.poles import ControlStep, SampledLoop
+from turnscrew.study.stability.linearise import jacobian
+from turnscrew.study.stability.poles import ControlStep, SampledLoop
 
 PERIOD, FREQUENCY, DAMPING = 0.002, 40.0, 0.3
 

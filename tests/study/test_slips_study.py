@@ -13,8 +13,8 @@ from rich.console import Console
 from turnscrew.errors import ScenarioError
 from turnscrew.show.slips_report import failures, quiet_lines, report, slip_table
 from turnscrew.study.disturbances.tip_slips import Slip
-from turnscrew.study.slip_events import SlipWatch, around, false_alarms, slip_event
-from turnscrew.study.slips_study import load_signals, parts
+from turnscrew.study.slips.events import SlipWatch, around, false_alarms, slip_event
+from turnscrew.study.slips.study import load_signals, parts
 
 
 def watched(*alarms: tuple[float, float], until: float = 5.0, in_slot: bool = True) -> SlipWatch:

@@ -17,11 +17,11 @@ from turnscrew.estimate.pose_problem import PoseFrame, PoseProblem, Tolerances
 from turnscrew.estimate.pose_solution import SLACK, Answer, Multipliers, PoseSolution, Residuals
 from turnscrew.geometry.rotations import matrix_from_quaternion
 from turnscrew.show.solver_report import report
-from turnscrew.study.correction_figures import POSE, consistency, correction_figures, drawn_rows
 from turnscrew.study.recording import read
-from turnscrew.study.solver_instances import Posed, random_frames, replayed
-from turnscrew.study.solver_study import RANDOM, RECORDED, RESULTS, RUNS, figures, parts, work
-from turnscrew.study.solvers import REACHED, TURN, Row, compared, in_turns, solver_figures
+from turnscrew.study.solvers.comparison import REACHED, TURN, Row, compared, in_turns, solver_figures
+from turnscrew.study.solvers.correction_figures import POSE, consistency, correction_figures, drawn_rows
+from turnscrew.study.solvers.instances import Posed, random_frames, replayed
+from turnscrew.study.solvers.study import RANDOM, RECORDED, RESULTS, RUNS, figures, parts, work
 from turnscrew.task.fasten import fasten
 from turnscrew.task.scenario import load
 from turnscrew.task.signal_table import column, read_signals

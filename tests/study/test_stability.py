@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from turnscrew.plant.snapshot import Plant
-from turnscrew.study.held_grasp import HeldGrasp, random_kick
-from turnscrew.study.stability import Prediction, growth_rate, measured_growth, one_period, one_ratio, search
-from turnscrew.study.stability_study import QUIET, agrees
+from turnscrew.study.stability.edges import Prediction, growth_rate, measured_growth, one_period, one_ratio, search
+from turnscrew.study.stability.held_grasp import HeldGrasp, random_kick
+from turnscrew.study.stability.study import QUIET, agrees
 from turnscrew.task.scenario import load
 
 SEED = 777104

@@ -37,7 +37,7 @@ def estimation(
 ) -> int:
     """Estimate recorded runs again, by each part of the method, and compare with the truth."""
     from turnscrew.show.estimation_report import report
-    from turnscrew.study.estimation_study import cases, chosen, parts
+    from turnscrew.study.estimation.study import cases, chosen, parts
 
     todo = parts(runs, cases(overrides or [], noise=noise, distance=distance), chosen(variants), out)
     report(todo, jobs, out, _console())
@@ -58,7 +58,7 @@ def solvers(
 ) -> int:
     """Compare the solvers of the tool's pose: the exact but slow one, the fast one, and the filter's correction."""
     from turnscrew.show.solver_report import report
-    from turnscrew.study.solver_study import parts
+    from turnscrew.study.solvers.study import parts
 
     report(parts(runs or [], random, seed, out), jobs, out, _console())
     return 0
@@ -82,7 +82,7 @@ def faults(
 ) -> int:
     """Let a sensor fail in the middle of a run: how far off the robot's idea of the tool gets, and how the run ends."""
     from turnscrew.show.faults_report import report
-    from turnscrew.study.faults_study import chosen, parts
+    from turnscrew.study.faults.study import chosen, parts
 
     report(parts(chosen(kinds), n, seed, overrides or [], out), jobs, out, _console())
     return 0
@@ -101,7 +101,7 @@ def slips(
 ) -> int:
     """Make the screwdriver's tip slip: how soon the robot notices, and how often it is wrong."""
     from turnscrew.show.slips_report import report
-    from turnscrew.study.slips_study import parts
+    from turnscrew.study.slips.study import parts
 
     report(parts(n, quiet, seed, overrides or [], out), jobs, out, _console())
     return 0
@@ -122,7 +122,7 @@ def give_way(
 ) -> int:
     """Put grasps into the simulated cell, raise the torque until they give way, and compare with what was predicted."""
     from turnscrew.show.give_way_report import report
-    from turnscrew.study.envelope_study import COMBINATIONS, chosen_forces, chosen_grips, parts
+    from turnscrew.study.envelope.study import COMBINATIONS, chosen_forces, chosen_grips, parts
 
     report(parts(COMBINATIONS, chosen_grips(grips), chosen_forces(forces), out), jobs, out, _console())
     return 0
@@ -143,7 +143,7 @@ def stability(
 ) -> int:
     """Tell how late commands may come, or how stiff the control may be, before a held tool begins to swing."""
     from turnscrew.show.stability_report import report
-    from turnscrew.study.stability_study import parts
+    from turnscrew.study.stability.study import parts
 
     report(parts(overrides or [], seed, with_map=gain_map, out=out), jobs, out, _console())
     return 0

@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from turnscrew.study.estimation import NEES_95
+from turnscrew.study.estimation.replay import NEES_95
 
 COLUMNS = (("position_mm", "tip position [mm]"), ("tilt_deg", "tilt [deg]"), ("yaw_deg", "yaw [deg]"))
 DPI = 120

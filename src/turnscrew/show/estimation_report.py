@@ -14,9 +14,9 @@ from rich.markup import escape
 from rich.table import Table
 
 from turnscrew.show.parts_progress import gather
-from turnscrew.study.estimation_study import Part, load_traces, work, write_results
+from turnscrew.study.estimation.study import Part, load_traces, work, write_results
+from turnscrew.study.estimation.variants import VARIANTS
 from turnscrew.study.parts import Done
-from turnscrew.study.variants import VARIANTS
 
 FIGURES = "figures"
 SWEEPS = {"noise": "noise per axis of the synthetic camera [mm]", "distance": "distance of the rendered camera [m]"}

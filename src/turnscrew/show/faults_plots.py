@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from turnscrew.study.disturbances.table import SENSOR_FAULTS
-from turnscrew.study.fault_events import AFTER
+from turnscrew.study.faults.events import AFTER
 
 DPI = 110
 BEFORE = 0.5

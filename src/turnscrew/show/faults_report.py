@@ -19,8 +19,8 @@ from turnscrew.show.parts_progress import gather
 from turnscrew.signals import FaultKind
 from turnscrew.study.disturbances.table import SENSOR_FAULTS
 from turnscrew.study.disturbed import GOAL
-from turnscrew.study.fault_events import AFTER
-from turnscrew.study.faults_study import FaultPart, load_trace, work, write_results
+from turnscrew.study.faults.events import AFTER
+from turnscrew.study.faults.study import FaultPart, load_trace, work, write_results
 
 Event = Mapping[str, Any]
 

@@ -14,7 +14,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from turnscrew.study.envelope_study import Part, load_traces, work, write_results
+from turnscrew.study.envelope.study import Part, load_traces, work, write_results
 from turnscrew.study.parts import Done, finish
 
 FIGURES = "figures"

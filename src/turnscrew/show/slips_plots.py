@@ -12,7 +12,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-from turnscrew.study.slip_events import IN_TIME, WINDOW
+from turnscrew.study.slips.events import IN_TIME, WINDOW
 
 DPI = 110
 BIN = 0.01

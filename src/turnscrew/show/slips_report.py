@@ -17,9 +17,9 @@ from rich.table import Table
 from turnscrew.show.parts_progress import gather
 from turnscrew.study.disturbed import CUT_SHORT
 from turnscrew.study.rates import poisson_upper, wilson
-from turnscrew.study.slip_events import COUNTED, IN_TIME
-from turnscrew.study.slips import QUIET
-from turnscrew.study.slips_study import SlipPart, load_signals, work, write_results
+from turnscrew.study.slips.events import COUNTED, IN_TIME
+from turnscrew.study.slips.run import QUIET
+from turnscrew.study.slips.study import SlipPart, load_signals, work, write_results
 
 Entry = Mapping[str, Any]
 

@@ -12,8 +12,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from turnscrew.show.parts_progress import gather
-from turnscrew.study.solver_study import Figures, Part, figures, work, write_results
-from turnscrew.study.solvers import REACHED
+from turnscrew.study.solvers.comparison import REACHED
+from turnscrew.study.solvers.study import Figures, Part, figures, work, write_results
 
 MEANING = (
     ("found", "the solver is content and every bound of (1)-(5) holds to .1 micrometre"),

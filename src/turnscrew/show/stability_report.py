@@ -13,7 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from turnscrew.study.parts import Done, finish
-from turnscrew.study.stability_study import Part, agrees, work, write_results
+from turnscrew.study.stability.study import Part, agrees, work, write_results
 
 FIGURES = "figures"
 

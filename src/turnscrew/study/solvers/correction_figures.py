@@ -21,10 +21,10 @@ from turnscrew.estimate.tool_filter import ToolFilter
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import log_so3
 from turnscrew.robot.model import RobotModel
-from turnscrew.study.random_corrections import Instance, drawn_corrections, planned_grip
 from turnscrew.study.recording import Recording
-from turnscrew.study.solver_instances import Replay
-from turnscrew.study.solvers import Row, middle_and_tail
+from turnscrew.study.solvers.comparison import Row, middle_and_tail
+from turnscrew.study.solvers.instances import Replay
+from turnscrew.study.solvers.random_corrections import Instance, drawn_corrections, planned_grip
 from turnscrew.task.scenario import load
 from turnscrew.task.start import plan_of
 

@@ -12,8 +12,8 @@ from turnscrew.errors import ScenarioError
 from turnscrew.geometry.arrays import Array
 from turnscrew.study.disturbances.table import SENSOR_FAULTS
 from turnscrew.study.events import write_events
-from turnscrew.study.fault_events import FaultEvent
-from turnscrew.study.faults import disturb
+from turnscrew.study.faults.events import FaultEvent
+from turnscrew.study.faults.run import disturb
 from turnscrew.study.parts import Done, part_file, write_whole
 from turnscrew.task.scenario import load
 

@@ -13,9 +13,9 @@ from turnscrew.estimate.pose_problem import PoseFrame, PoseProblem, pose_problem
 from turnscrew.estimate.pose_refine import Guess, PoseRefiner, RefinedPose
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.profiles import Cylinder
-from turnscrew.study.random_corrections import POSITION, ROTATION
-from turnscrew.study.random_grasps import TIP, drawn_grasp
 from turnscrew.study.recording import Recording
+from turnscrew.study.solvers.random_corrections import POSITION, ROTATION
+from turnscrew.study.solvers.random_grasps import TIP, drawn_grasp
 
 HANDLE = Cylinder(0.018, 0.08, 0.2)
 """What random grasps hold: the default handle."""

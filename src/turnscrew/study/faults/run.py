@@ -10,7 +10,7 @@ from turnscrew.geometry.arrays import Array
 from turnscrew.study.disturbances.disturbance import Span
 from turnscrew.study.disturbances.table import SENSOR_FAULTS
 from turnscrew.study.disturbed import turn
-from turnscrew.study.fault_events import AFTER, FaultEvent, FaultWatch, fault_event
+from turnscrew.study.faults.events import AFTER, FaultEvent, FaultWatch, fault_event
 from turnscrew.task.fasten import Run
 from turnscrew.task.scenario_keys import Scenario
 

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from turnscrew.errors import ScenarioError
-from turnscrew.study.estimation import Trace, WrenchTrace, run
-from turnscrew.study.figures_of_merit import pose_figures, wrench_figures
+from turnscrew.study.estimation.figures_of_merit import pose_figures, wrench_figures
+from turnscrew.study.estimation.replay import Trace, WrenchTrace, run
+from turnscrew.study.estimation.variants import VARIANTS
 from turnscrew.study.parts import Done, part_file, write_whole
 from turnscrew.study.recording import read
-from turnscrew.study.variants import VARIANTS
 from turnscrew.task.record import SUMMARY
 from turnscrew.task.signal_table import write_parquet
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
-from turnscrew.study.held_grasp import HeldGrasp, random_kick
-from turnscrew.study.poles import Poles, SampledLoop
+from turnscrew.study.stability.held_grasp import HeldGrasp, random_kick
+from turnscrew.study.stability.poles import Poles, SampledLoop
 
 WATCHED = 1.6
 """How long a disturbance is watched [s]: five swings of 20 rad/s."""

@@ -23,7 +23,7 @@ from turnscrew.estimate.pose_problem import Tolerances
 from turnscrew.estimate.pose_solution import PoseSolution, PoseSolver
 from turnscrew.estimate.pose_sqp import SqpSolver
 from turnscrew.geometry.arrays import Array
-from turnscrew.study.solver_instances import Posed
+from turnscrew.study.solvers.instances import Posed
 
 REACHED = 1e-6
 """How far from IPOPT's (r . rbar)^2 counts as there: its own "acceptable" tolerance.  It itself stops 3e-8 short of the

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from turnscrew.study.held_grasp import HeldGrasp, random_kick
 from turnscrew.study.parts import Done, part_file
-from turnscrew.study.stability import (
+from turnscrew.study.stability.edges import (
     WATCHED,
     Crossing,
     Prediction,
     measured_delay_edge,
     measured_gain_edge,
 )
+from turnscrew.study.stability.held_grasp import HeldGrasp, random_kick
 from turnscrew.task.scenario import load
 from turnscrew.task.signal_table import write_parquet
 

@@ -18,8 +18,8 @@ from turnscrew.robot.coupling import SELECTION
 from turnscrew.robot.joints import ARM
 from turnscrew.signals import GRIP, Estimate, Goal
 from turnscrew.study.disturbances.disturbance import idle
-from turnscrew.study.held_loop import TORQUE_ONLY, HeldLoop, HeldState
-from turnscrew.study.tracking import Tracking
+from turnscrew.study.stability.held_loop import TORQUE_ONLY, HeldLoop, HeldState
+from turnscrew.study.stability.tracking import Tracking
 from turnscrew.task.fasten import Run
 from turnscrew.task.line import Line
 from turnscrew.task.loop import Loop, LoopState

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
-from turnscrew.study.estimation import NEES_95, SETTLED, Trace, WrenchTrace
+from turnscrew.study.estimation.replay import NEES_95, SETTLED, Trace, WrenchTrace
 
 SCALES = {"position_mm": 1e3, "tilt_deg": 180.0 / np.pi, "yaw_deg": 180.0 / np.pi}
 """What the columns of a trace's error are called outside, and their units."""

@@ -19,9 +19,9 @@ from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import exp_so3, log_so3
 from turnscrew.plant.snapshot import Plant, Snapshot
 from turnscrew.signals import Command, Estimate, Goal
-from turnscrew.study.linearise import jacobian, pack, smoothed_jacobian, unpack
-from turnscrew.study.poles import ControlStep, SampledLoop
-from turnscrew.study.tracking import Tracked, Tracking
+from turnscrew.study.stability.linearise import jacobian, pack, smoothed_jacobian, unpack
+from turnscrew.study.stability.poles import ControlStep, SampledLoop
+from turnscrew.study.stability.tracking import Tracked, Tracking
 from turnscrew.task.wiring import Blocks
 
 POSITION_STEP, SPEED_STEP, TORQUE_STEP, STATE_STEP = 1e-6, 1e-4, 1e-3, 1e-6

@@ -14,11 +14,11 @@ import numpy as np
 
 from turnscrew.errors import ScenarioError
 from turnscrew.estimate.estimator import Reference
-from turnscrew.study.correction_figures import correction_figures, drawn_rows, recorded_rows
 from turnscrew.study.parts import Done, part_file
 from turnscrew.study.recording import read
-from turnscrew.study.solver_instances import random_frames, replayed
-from turnscrew.study.solvers import Row, compared, solver_figures
+from turnscrew.study.solvers.comparison import Row, compared, solver_figures
+from turnscrew.study.solvers.correction_figures import correction_figures, drawn_rows, recorded_rows
+from turnscrew.study.solvers.instances import random_frames, replayed
 from turnscrew.task.record import SUMMARY
 from turnscrew.task.signal_table import write_parquet
 

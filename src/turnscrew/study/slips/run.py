@@ -14,7 +14,7 @@ from turnscrew.geometry.arrays import Array
 from turnscrew.study.disturbances.disturbance import idle
 from turnscrew.study.disturbances.tip_slips import Slip, Slips
 from turnscrew.study.disturbed import turn
-from turnscrew.study.slip_events import COUNTED, AlarmEvent, SlipEvent, SlipWatch, around, false_alarms, slip_event
+from turnscrew.study.slips.events import COUNTED, AlarmEvent, SlipEvent, SlipWatch, around, false_alarms, slip_event
 from turnscrew.task.fasten import Run
 from turnscrew.task.scenario_keys import Scenario
 

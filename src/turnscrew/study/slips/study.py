@@ -13,8 +13,8 @@ from turnscrew.geometry.arrays import Array
 from turnscrew.study.disturbances.tip_slips import OPEN_SLOT
 from turnscrew.study.events import write_events
 from turnscrew.study.parts import Done, part_file, write_whole
-from turnscrew.study.slip_events import AlarmEvent, SlipEvent
-from turnscrew.study.slips import QUIET, SLIPS, slide
+from turnscrew.study.slips.events import AlarmEvent, SlipEvent
+from turnscrew.study.slips.run import QUIET, SLIPS, slide
 from turnscrew.task.scenario import load
 
 SLIPS_FILE, ALARMS_FILE, RUNS_FILE = "slips.parquet", "false_alarms.parquet", "runs.parquet"

@@ -14,8 +14,8 @@ from turnscrew.estimate.filter_state import pose_covariance
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.geometry.rotations import log_so3
 from turnscrew.signals import Estimate
+from turnscrew.study.estimation.variants import VARIANTS
 from turnscrew.study.recording import Recording
-from turnscrew.study.variants import VARIANTS
 from turnscrew.task.judge import pose_error
 
 SETTLED = 1.0

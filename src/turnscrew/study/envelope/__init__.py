@@ -1,0 +1,1 @@
+"""What simulated grasps bear, beside what the envelope says."""

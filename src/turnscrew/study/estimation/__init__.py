@@ -1,0 +1,1 @@
+"""Recorded runs estimated again, by each part of the method, against the truth."""

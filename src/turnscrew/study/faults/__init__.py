@@ -1,0 +1,1 @@
+"""Sensors that fail in the middle of a run."""

@@ -1,0 +1,1 @@
+"""Slips of the tip, and false alarms of them."""

@@ -1,0 +1,1 @@
+"""The same frames put to all solvers of the pose."""
