@@ -38,8 +38,8 @@ class Measurement:
 
     Attributes:
         time: Time of the reading [s].
-        q: (28,) encoder readings [rad].
-        v: (28,) joint speeds from the encoders [rad/s].
+        q: (28,) encoder readings [rad]; of a robot that takes torques as its faster beats have smoothed them.
+        v: (28,) joint speeds from the encoders [rad/s], likewise.
         f_F: (5, 3) force that each fingertip exerts on what it touches, in the fingertip's frame F [N]; None for a
             hand without sensors there.
         tau: (24,) torque of each drive as its strain gauge tells, in the order of `turnscrew.robot.joints.DRIVEN`

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from turnscrew.contact.friction import cone_margin, in_cone, polyhedral_cone, scale_internal, split
+from turnscrew.contact.friction import cone_margin, in_cone, polyhedral_cones, scale_internal, split
 from turnscrew.contact.grasp import squeeze
 
 assert_close = partial(np.testing.assert_allclose, rtol=0.0)
@@ -41,7 +41,7 @@ def test_margin_is_what_friction_leaves(f, margin):
 @given(forces, st.integers(3, 12), st.floats(0.2, 1.2))
 def test_forces_inside_the_pyramid_are_inside_the_cone(f_W, sides, mu):
     for f, n in zip(f_W, normals(len(f_W)), strict=True):
-        rows = polyhedral_cone(n, mu, sides)
+        rows = polyhedral_cones(n[None], np.array([mu]), sides)[0]
         worst = (rows @ f).max()
         if worst <= 0.0:
             assert cone_margin(f[None], n[None], mu)[0] >= -ROUNDING
@@ -52,7 +52,7 @@ def test_forces_inside_the_pyramid_are_inside_the_cone(f_W, sides, mu):
 
 def test_the_pyramids_edges_lie_on_the_cone():
     n, mu, sides = normals(1, seed=3)[0], 0.7, 8
-    rows = polyhedral_cone(n, mu, sides)
+    rows = polyhedral_cones(n[None], np.array([mu]), sides)[0]
     for a, b in zip(rows, np.roll(rows, -1, axis=0), strict=True):
         edge = np.cross(a, b)
         edge *= -np.sign(edge @ n)

@@ -21,12 +21,30 @@ def gripping(who, share=None, squeeze=4.0):
     return goal_of(roles=np.where(who, Role.GRIP, Role.FREE), share=share, squeeze=share * squeeze)
 
 
-def run(goal, F_hd, estimate=None, ticks=1):
+def shared(goal, F_hd, estimate=None, ticks=1):
     block, estimate = Distribution(), estimate or estimate_of()
     state = block.init()
     for _ in range(ticks):
-        state, f_W = block.update(state, goal, estimate, F_hd, DT)
-    return f_W
+        state, wanted = block.update(state, goal, estimate, F_hd, DT)
+    return wanted
+
+
+def run(goal, F_hd, estimate=None, ticks=1):
+    return shared(goal, F_hd, estimate, ticks).f_W
+
+
+def test_what_two_fingers_cannot_give_is_told():
+    F_hd = np.array([0.3, -0.2, -4.0, 0.02, -0.03, -0.03])
+    wanted, estimate = shared(gripping(TH_MF), F_hd), estimate_of()
+    given = grasp_matrix(estimate.c_W, np.zeros(3)) @ wanted.f_W.ravel()
+    # no torque about the line that joins them; the rest adds up but for rounding
+    assert np.linalg.norm(wanted.lost) > 1e-3
+    np.testing.assert_allclose(given + wanted.lost, F_hd, atol=1e-9)
+
+
+def test_without_a_finger_all_is_lost():
+    F_hd = np.array([0.0, 0.0, -4.0, 0.0, 0.0, -0.03])
+    np.testing.assert_array_equal(shared(gripping(np.zeros(5, dtype=bool)), F_hd).lost, F_hd)
 
 
 def test_four_fingers_give_the_wanted_wrench():

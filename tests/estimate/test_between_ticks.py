@@ -8,7 +8,7 @@ from rigs.grips import PLAN, planned
 
 from turnscrew.actuate.joint_motion import JointMotion
 from turnscrew.contact.grasp import grasp_matrix
-from turnscrew.estimate.between_ticks import BetweenTicks, JointState
+from turnscrew.estimate.between_ticks import BetweenTicks, JointTrack
 from turnscrew.geometry.rotations import log_so3
 from turnscrew.robot.contact_jacobian import contact_jacobian
 from turnscrew.robot.coupling import SELECTION
@@ -57,7 +57,7 @@ def rolling(omega):
 @pytest.mark.parametrize("omega", [(0.0, 0.0, -1.0), (0.1, -0.05, 0.0), (0.05, 0.02, -1.0)])
 def test_the_tools_rate_is_read_from_the_fingers_that_roll_on_it(omega):
     estimate, v = rolling(omega)
-    fresh = BETWEEN.refresh(JointState(Q, v), estimate, DT)
+    fresh = BETWEEN.refresh(JointTrack(Q, v), estimate, DT)
     # the prior takes (2 mm)^2 of levers of (18 mm)^2, twice
     np.testing.assert_allclose(fresh.nu[3:], omega, rtol=0.01, atol=2e-3)
     assert fresh.nu[2] == pytest.approx(PITCH / (2 * np.pi) * fresh.nu[5])
@@ -67,11 +67,11 @@ def test_the_tools_rate_is_read_from_the_fingers_that_roll_on_it(omega):
 def test_nothing_turns_what_one_finger_touches():
     estimate, v = rolling((0.0, 0.0, -1.0))
     alone = planned(Q, touching=TH_MF & [True, False, False, False, False])
-    assert not BETWEEN.refresh(JointState(Q, v), alone, DT).nu.any()
+    assert not BETWEEN.refresh(JointTrack(Q, v), alone, DT).nu.any()
     assert estimate.touching.sum() == 2
 
 
 def test_offsets_that_were_learned_are_taken_off():
     estimate = planned(Q, offset=np.full(28, 0.01))
-    fresh = BETWEEN.refresh(JointState(Q, np.zeros(28)), estimate, 0.0)
+    fresh = BETWEEN.refresh(JointTrack(Q, np.zeros(28)), estimate, 0.0)
     np.testing.assert_allclose(fresh.q, Q - 0.01)

@@ -37,6 +37,17 @@ def test_run_is_estimated_again_to_the_last_bit(folder: Path) -> None:
     np.testing.assert_array_equal(np.array(again), column(read_signals(folder), "estimate.p_WT", 3))
 
 
+def test_run_by_torques_is_estimated_again_to_the_last_bit(tmp_path: Path) -> None:
+    fasten(load(None, ["goal.time_limit=0.5", "robot.actuation=torque"], 4), tmp_path)
+    recording = read(tmp_path)
+    state = recording.estimator.init(recording.measurements[0], recording.p_WT, recording.R_WT)
+    again = []
+    for measurement, motion in zip(recording.measurements, recording.sent, strict=True):
+        state, estimate = recording.estimator.update(state, measurement, motion, recording.dt)
+        again.append(estimate.p_WT)
+    np.testing.assert_array_equal(np.array(again), column(read_signals(tmp_path), "estimate.p_WT", 3))
+
+
 def test_other_sensors_measure_the_same_run(folder: Path) -> None:
     as_it_was, other = read(folder), read(folder, ["vision.position_noise=0.0", "vision.rotation_noise=0.0"])
     np.testing.assert_array_equal(as_it_was.truth.p_WT, other.truth.p_WT)

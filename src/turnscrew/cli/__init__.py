@@ -16,6 +16,7 @@ import typer
 
 from turnscrew import __version__
 from turnscrew.cli.envelope import envelope
+from turnscrew.cli.options import FileArgument, SeedOption, SetOption
 from turnscrew.cli.study import study_app
 from turnscrew.errors import TurnscrewError
 
@@ -33,9 +34,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
-FileArgument = Annotated[Path | None, typer.Argument(metavar="[SCENARIO.toml]", help="Scenario; defaults without.")]
-SetOption = Annotated[list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a key; repeatable.")]
-SeedOption = Annotated[int | None, typer.Option("--seed", help="Seed of all that is random.")]
 app.add_typer(study_app, name="study")
 
 FolderArgument = Annotated[Path, typer.Argument(metavar="DIR", help="Folder of a run.")]

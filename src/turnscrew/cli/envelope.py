@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
+from turnscrew.cli.options import FileArgument, SetOption, wide_console
+
 
 def envelope(
-    file: Annotated[Path | None, typer.Argument(metavar="[SCENARIO.toml]", help="Scenario; defaults without.")] = None,
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a key; repeatable.")
-    ] = None,
+    file: FileArgument = None,
+    overrides: SetOption = None,
     radius: Annotated[
         list[float] | None,
         typer.Option("--radius", help="Radius of the handle [m]; repeatable. The scenario's without."),
@@ -49,8 +49,5 @@ def envelope(
     ]
     with Console(stderr=True).status("planning") as status:
         found = [work_out(scenario, most, angles, status.update) for scenario in wanted]
-    console = Console()
-    # the table is wider than a narrow terminal: better its lines break than its cells
-    console.width = max(console.width, 150)
-    report(found, out, console)
+    report(found, out, wide_console())
     return 0

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-if TYPE_CHECKING:
-    from rich.console import Console
+from turnscrew.cli.options import JobsOption, SetOption, TablesOption, wide_console
 
 study_app = typer.Typer(help="Questions put to many runs.", no_args_is_help=True)
 
-JobsOption = Annotated[int, typer.Option("--jobs", min=1, help="Processes at a time.")]
 SeedsOption = Annotated[int, typer.Option("--seed", min=0, help="Seed of the first run; the next one has the next.")]
-ScenarioOption = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Override a key of the scenario; repeatable.")
-]
-TablesOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="Where tables and plots go.")]
 
 
 @study_app.command()
@@ -40,7 +34,7 @@ def estimation(
     from turnscrew.study.estimation.study import cases, chosen, parts
 
     todo = parts(runs, cases(overrides or [], noise=noise, distance=distance), chosen(variants), out)
-    report(todo, jobs, out, _console())
+    report(todo, jobs, out, wide_console())
     return 0
 
 
@@ -60,7 +54,7 @@ def solvers(
     from turnscrew.show.solver_report import report
     from turnscrew.study.solvers.study import parts
 
-    report(parts(runs or [], random, seed, out), jobs, out, _console())
+    report(parts(runs or [], random, seed, out), jobs, out, wide_console())
     return 0
 
 
@@ -68,7 +62,7 @@ def solvers(
 def faults(
     n: Annotated[int, typer.Option("--n", min=1, help="Runs of each kind of fault.")] = 10,
     seed: SeedsOption = 0,
-    overrides: ScenarioOption = None,
+    overrides: SetOption = None,
     kinds: Annotated[
         list[str] | None,
         typer.Option(
@@ -84,7 +78,7 @@ def faults(
     from turnscrew.show.faults_report import report
     from turnscrew.study.faults.study import chosen, parts
 
-    report(parts(chosen(kinds), n, seed, overrides or [], out), jobs, out, _console())
+    report(parts(chosen(kinds), n, seed, overrides or [], out), jobs, out, wide_console())
     return 0
 
 
@@ -95,7 +89,7 @@ def slips(
     ] = 10,
     quiet: Annotated[int, typer.Option("--quiet", min=0, help="Runs without slips, to count false alarms in.")] = 10,
     seed: SeedsOption = 0,
-    overrides: ScenarioOption = None,
+    overrides: SetOption = None,
     jobs: JobsOption = 1,
     out: TablesOption = Path("runs/slips"),
 ) -> int:
@@ -103,7 +97,7 @@ def slips(
     from turnscrew.show.slips_report import report
     from turnscrew.study.slips.study import parts
 
-    report(parts(n, quiet, seed, overrides or [], out), jobs, out, _console())
+    report(parts(n, quiet, seed, overrides or [], out), jobs, out, wide_console())
     return 0
 
 
@@ -124,17 +118,14 @@ def give_way(
     from turnscrew.show.give_way_report import report
     from turnscrew.study.envelope.study import COMBINATIONS, chosen_forces, chosen_grips, parts
 
-    report(parts(COMBINATIONS, chosen_grips(grips), chosen_forces(forces), out), jobs, out, _console())
+    report(parts(COMBINATIONS, chosen_grips(grips), chosen_forces(forces), out), jobs, out, wide_console())
     return 0
 
 
 @study_app.command()
 def stability(
-    overrides: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Override a key in all grasps; repeatable."),
-    ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the runs and of their disturbances.")] = 0,
+    overrides: SetOption = None,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the runs and of their disturbances.")] = 0,
     gain_map: Annotated[
         bool, typer.Option("--map/--no-map", help="Also the map of stable gains: natural frequency against delay.")
     ] = True,
@@ -145,14 +136,5 @@ def stability(
     from turnscrew.show.stability_report import report
     from turnscrew.study.stability.study import parts
 
-    report(parts(overrides or [], seed, with_map=gain_map, out=out), jobs, out, _console())
+    report(parts(overrides or [], seed, with_map=gain_map, out=out), jobs, out, wide_console())
     return 0
-
-
-def _console() -> Console:
-    """A console for tables, which are wider than a narrow terminal: better their lines break than their cells."""
-    from rich.console import Console
-
-    console = Console()
-    console.width = max(console.width, 150)
-    return console

@@ -5,8 +5,7 @@
          tau_lo <= J^T f <= tau_hi, at a price.
 
 The wanted wrench is a target and not a constraint, and the largest forces along the inward normals satisfy every hard
-row.  So
-there always is an answer: what cannot be done is left out, and said.
+row.  So there always is an answer: what cannot be done is left out, and said.
 
 Paper: stands for (15) and (16).  (15) is the wrench term; the rest is the "proper choice of F_0" that (16) leaves open.
 """

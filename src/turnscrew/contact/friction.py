@@ -54,31 +54,11 @@ def in_cone(f_W: Array, n_W: Array, mu: float) -> Flags:
     return cone_margin(f_W, n_W, mu) >= 0.0
 
 
-def polyhedral_cone(n_W: Array, mu: float, sides: int = 8) -> Array:
-    """Rows of an inner pyramid: `rows @ f <= 0` implies that f is inside the cone of n and mu.
-
-    `rows_j = t_j + mu cos(pi / sides) n`, with unit tangents t_j at equal angles: the polygon is inscribed in the
-    circle.  Eight sides give away at most 1 - cos(pi / 8) = 7.6 % of the friction.
-
-    Args:
-        n_W: (3,) handle's outward unit normal, in W.
-        mu: Coefficient of friction.
-        sides: Number of faces, at least 3.
-
-    Returns:
-        (sides, 3).
-    """
-    # The axis least along n, so the two tangents are well apart from it.
-    axis = np.eye(3)[int(np.abs(n_W).argmin())]
-    t1 = axis - float(axis @ n_W) * n_W
-    t1 /= float(t1 @ t1) ** 0.5
-    t2 = np.array([n_W[1] * t1[2] - n_W[2] * t1[1], n_W[2] * t1[0] - n_W[0] * t1[2], n_W[0] * t1[1] - n_W[1] * t1[0]])
-    angles = 2.0 * pi / sides * np.arange(sides)
-    return np.outer(np.cos(angles), t1) + np.outer(np.sin(angles), t2) + mu * cos(pi / sides) * n_W
-
-
 def polyhedral_cones(n_W: Array, mu: Array, sides: int = 8) -> Array:
-    """Rows of an inner pyramid for each of several contacts, as `polyhedral_cone` gives them for one, in one pass.
+    """Rows of inner pyramids: `rows_i @ f_i <= 0` implies that f_i is inside the cone of n_i and mu_i.
+
+    `rows_ij = t_ij + mu_i cos(pi / sides) n_i`, with unit tangents t_ij at equal angles: the polygon is inscribed in
+    the circle.  Eight sides give away at most 1 - cos(pi / 8) = 7.6 % of the friction.
 
     Args:
         n_W: (k, 3) handle's outward unit normals, in W.
@@ -88,6 +68,7 @@ def polyhedral_cones(n_W: Array, mu: Array, sides: int = 8) -> Array:
     Returns:
         (k, sides, 3).
     """
+    # the axis least along n, so the two tangents are well apart from it
     axis = np.eye(3)[np.abs(n_W).argmin(axis=1)]
     t1 = axis - (axis * n_W).sum(axis=1)[:, None] * n_W
     t1 /= np.sqrt((t1 * t1).sum(axis=1))[:, None]

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from turnscrew.control.distribution import Distribution
-from turnscrew.control.optimal_distribution import OptimalDistribution
 from turnscrew.control.servo import HybridServo, ServoState
+from turnscrew.control.wanted_forces import WrenchSharing
 from turnscrew.signals import Effort, Estimate, Goal
 
 
@@ -24,7 +23,7 @@ class Controller:
     """What the contacts are to do: (8)-(11), then (15)-(16) or the optimal forces in their place."""
 
     servo: HybridServo
-    distribution: Distribution | OptimalDistribution
+    distribution: WrenchSharing
 
     def init(self, estimate: Estimate) -> ControllerState:
         """Nothing asked for yet."""
@@ -33,11 +32,8 @@ class Controller:
     def update(
         self, state: ControllerState, goal: Goal, estimate: Estimate, dt: float
     ) -> tuple[ControllerState, Effort]:
-        """One tick; see `HybridServo.update` and `Distribution.update`."""
+        """One tick; see `HybridServo.update` and `WrenchSharing.update`."""
         servo, nu_d, F_hd = self.servo.update(state.servo, goal, estimate, dt)
-        if isinstance(self.distribution, Distribution):
-            integral, f_W = self.distribution.update(state.shared, goal, estimate, F_hd, dt)
-            return ControllerState(servo, integral), Effort(nu_d, f_W, F_hd, servo.alpha)
         shared, wanted = self.distribution.update(state.shared, goal, estimate, F_hd, dt)
         effort = Effort(nu_d, wanted.f_W, F_hd, servo.alpha, wanted.lost, wanted.margin, wanted.limited)
         return ControllerState(servo, shared), effort

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from turnscrew.contact.grasp import grasp
+from turnscrew.control.wanted_forces import WantedForces
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.joints import FINGERS
 from turnscrew.signals import GRIP, Estimate, Goal
@@ -37,7 +38,9 @@ class Distribution:
         """No correction: (2,) one for each of `PAIRS` [N]."""
         return np.zeros(len(PAIRS))
 
-    def update(self, state: Array, goal: Goal, estimate: Estimate, F_hd: Array, dt: float) -> tuple[Array, Array]:
+    def update(
+        self, state: Array, goal: Goal, estimate: Estimate, F_hd: Array, dt: float
+    ) -> tuple[Array, WantedForces]:
         """One tick.
 
         A pair's readings are averaged before they are integrated: integrals of single biased readings would push the
@@ -51,18 +54,19 @@ class Distribution:
             dt: Time since the last tick [s].
 
         Returns:
-            The new state, and f_W (5, 3), the wanted force of each fingertip on the tool, in W [N].
+            The new state, and the forces; their margins are not worked out.
 
         Paper: (15), (16), with F_0 the inward normals times a squeeze that grows with the load the friction has to
             carry (the paper leaves the choice of F_0 open), and `k_f` of IV-C acting on each pair's squeeze.
         """
         held = np.flatnonzero((goal.roles == GRIP) & (goal.share > 0))
-        f_W = np.zeros((len(FINGERS), 3))
+        none = WantedForces.none(F_hd)
         if len(held) == 0:
-            return np.zeros(len(PAIRS)), f_W
+            return np.zeros(len(PAIRS)), none
         R = estimate.R_WT
         grip = grasp(estimate.c_W[held], estimate.p_WT, share=goal.share[held])
-        carried = grip.distribute(np.concatenate([R @ F_hd[:3], R @ F_hd[3:]])).f_W
+        shared = grip.distribute(np.concatenate([R @ F_hd[:3], R @ F_hd[3:]]))
+        carried = shared.f_W
         normals = estimate.n_W[held]
         load = np.linalg.norm(carried - (carried * normals).sum(axis=1)[:, None] * normals, axis=1)
         squeeze = np.minimum(np.maximum(goal.squeeze[held], load / self.friction), self.most)
@@ -70,8 +74,10 @@ class Distribution:
         wanted[held] = squeeze
         state = self._integrate(state, goal, estimate, wanted, dt)
         pressed = squeeze + self._correction(state, goal)[held]
+        f_W = none.f_W
         f_W[held] = carried + grip.internal(-pressed[:, None] * normals)
-        return state, f_W
+        lost = np.concatenate([R.T @ shared.lost[:3], R.T @ shared.lost[3:]])
+        return state, WantedForces(f_W, lost, none.margin, none.limited)
 
     def _integrate(self, state: Array, goal: Goal, estimate: Estimate, wanted: Array, dt: float) -> Array:
         pressing = -(estimate.f_W * estimate.n_W).sum(axis=1)

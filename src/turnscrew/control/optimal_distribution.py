@@ -8,7 +8,8 @@ import numpy as np
 
 from turnscrew.contact.force_sharing import Bounds, ForceSharing, Marks
 from turnscrew.contact.grasp import grasp_matrix
-from turnscrew.geometry.arrays import Array, Flags, Rows
+from turnscrew.control.wanted_forces import WantedForces
+from turnscrew.geometry.arrays import Array, Rows
 from turnscrew.robot.coupling import DRIVEN_INDEX, SELECTION
 from turnscrew.robot.joints import ARM, FINGERS
 from turnscrew.robot.model import RobotModel
@@ -46,16 +47,6 @@ class Shared:
     active: Marks | None
     alarm: float = 0.0
     spare: float = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class Wanted:
-    """Contact forces for a tick: f_W, lost, margin and limited as in `turnscrew.signals.Effort`."""
-
-    f_W: Array
-    lost: Array
-    margin: Array
-    limited: Flags
 
 
 @dataclass(frozen=True)
@@ -99,7 +90,9 @@ class OptimalDistribution:
         """Nothing asked for yet."""
         return Shared(np.zeros((len(FINGERS), 3)), (), None)
 
-    def update(self, state: Shared, goal: Goal, estimate: Estimate, F_hd: Array, dt: float) -> tuple[Shared, Wanted]:
+    def update(
+        self, state: Shared, goal: Goal, estimate: Estimate, F_hd: Array, dt: float
+    ) -> tuple[Shared, WantedForces]:
         """One tick.
 
         Args:
@@ -115,7 +108,7 @@ class OptimalDistribution:
         Paper: in place of (15) and (16); the error integral of IV-C is not needed where torques press as told.
         """
         rows = np.flatnonzero((goal.roles == GRIP) & (goal.share > 0))
-        none = Wanted(np.zeros((5, 3)), F_hd, np.full(5, np.nan), np.zeros(len(DRIVEN_INDEX), dtype=bool))
+        none = WantedForces.none(F_hd)
         if len(rows) == 0:
             return self.init(), none
         held = tuple(rows.tolist())
@@ -135,7 +128,7 @@ class OptimalDistribution:
         spare = state.spare - dt / SPEND if solved.limited.any() else state.spare + dt / REGAIN
         spare = min(max(spare, 0.0), 1.0)
         limited[HAND] = solved.limited & (spare == 0.0)
-        return Shared(f_W, held, solved.active, alarm, spare), Wanted(f_W, solved.lost / weights, margin, limited)
+        return Shared(f_W, held, solved.active, alarm, spare), WantedForces(f_W, solved.lost / weights, margin, limited)
 
     def _alarm(self, state: Shared, estimate: Estimate, dt: float) -> float:
         """Squeeze that a leaning tool asks for [N]: at once, and fading."""

@@ -21,7 +21,7 @@ EYE = np.eye(3)
 
 
 @dataclass(frozen=True, slots=True)
-class JointState:
+class JointTrack:
     """Smoothed encoder angles q (28,) [rad] and speeds v (28,) [rad/s]."""
 
     q: Array
@@ -55,19 +55,19 @@ class BetweenTicks:
         times = np.where(np.arange(len(JOINTS)) < len(ARM), self.arm_time, self.time)
         object.__setattr__(self, "_times", times)
 
-    def init(self, q: Array) -> JointState:
+    def init(self, q: Array) -> JointTrack:
         """At rest at encoder angles q (28,)."""
-        return JointState(q, np.zeros(len(q)))
+        return JointTrack(q, np.zeros(len(q)))
 
-    def read(self, state: JointState, reading: Array, dt: float) -> JointState:
+    def read(self, state: JointTrack, reading: Array, dt: float) -> JointTrack:
         """Takes a reading: encoder angles (28,) [rad], dt [s] after the last."""
         keep = np.exp(-dt / self._times)
         predicted = state.q + dt * state.v
         # a reading that is no number is taken for what was expected
         error = np.where(np.isfinite(reading), reading - predicted, 0.0)
-        return JointState(predicted + (1.0 - keep * keep) * error, state.v + (1.0 - keep) ** 2 / dt * error)
+        return JointTrack(predicted + (1.0 - keep * keep) * error, state.v + (1.0 - keep) ** 2 / dt * error)
 
-    def refresh(self, state: JointState, estimate: Estimate, ahead: float) -> Estimate:
+    def refresh(self, state: JointTrack, estimate: Estimate, ahead: float) -> Estimate:
         """Brings an estimate up to the joints' last reading.
 
         Args:

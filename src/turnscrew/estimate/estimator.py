@@ -7,8 +7,8 @@ Which pose is handed on.  The position is the filter's.  The orientation is III-
 boxes, with the filter's orientation as rbar.  Where the filter's pose satisfies (1)-(5), that is the filter's own, and
 in runs of five rounds it does in 99.7 % of the frames: so III-A certifies frames, in .2 ms each, rather than improve
 them, and `Estimate.status` tells when it could not.  With the camera's orientation as rbar, the paper's choice, III-A
-errs by .69 mm / .38 deg of tilt / 1.38 deg of yaw (rms, medians of five runs), for it forgets all frames but one; the
-filter by .55 / .22 / .39, the camera itself by 5.2 / 2.8 / 2.0.
+errs by .59 mm / .39 deg of tilt / 1.39 deg of yaw (rms, medians of five runs), for it forgets all frames but one; the
+filter by .47 / .23 / .34, the camera itself by 5.1 / 2.8 / 2.0.
 """
 
 from __future__ import annotations

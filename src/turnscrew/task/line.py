@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 from turnscrew.geometry.arrays import Array
 
-Sent: TypeAlias = tuple[Array, ...]
+UnderWay: TypeAlias = tuple[Array, ...]
 """Commands under way, the oldest first: the line's state.  A line that has carried nothing yet is empty."""
 
 
@@ -21,7 +21,7 @@ class Line:
 
     periods: int = 0
 
-    def update(self, sent: Sent, command: Array) -> tuple[Sent, Array]:
+    def update(self, sent: UnderWay, command: Array) -> tuple[UnderWay, Array]:
         """Sends a command and receives one.
 
         On a line that has carried nothing yet, the first command counts as sent all the time before: the robot was

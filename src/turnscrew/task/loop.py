@@ -10,7 +10,7 @@ import numpy as np
 
 from turnscrew.control.controller import ControllerState
 from turnscrew.decide.gait import GaitState
-from turnscrew.estimate.between_ticks import JointState
+from turnscrew.estimate.between_ticks import JointTrack
 from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.plant.cell import Cell
@@ -18,7 +18,7 @@ from turnscrew.robot.coupling import DRIVEN_INDEX
 from turnscrew.robot.joints import DRIVEN, JOINTS
 from turnscrew.sense.sensors import SensorState
 from turnscrew.signals import Command, Effort, Estimate, Fault, Goal, Measurement
-from turnscrew.task.line import NO_DELAY, Line, Sent
+from turnscrew.task.line import NO_DELAY, Line, UnderWay
 from turnscrew.task.watch import Strain, Watch, WatchState
 from turnscrew.task.wiring import Blocks
 
@@ -41,9 +41,9 @@ class LoopState:
     controller: ControllerState
     adapter: Any
     sent: Array
-    joints: JointState | None = None
+    joints: JointTrack | None = None
     last: tuple[Estimate, Goal] | None = None
-    under_way: Sent = ()
+    under_way: UnderWay = ()
     saturated: Flags = field(default_factory=lambda: np.zeros(len(DRIVEN), dtype=bool))
 
 
@@ -141,7 +141,7 @@ class Loop:
             under_way=under_way, saturated=state.saturated | command.saturated,
         )  # fmt: skip
 
-    def _write(self, under_way: Sent, plant: Cell, command: Command, sensors: SensorState) -> Sent:
+    def _write(self, under_way: UnderWay, plant: Cell, command: Command, sensors: SensorState) -> UnderWay:
         """Puts a command on its way and writes the one that arrives; returns what is under way then."""
         values = command.tau
         if values is None and command.q is not None:

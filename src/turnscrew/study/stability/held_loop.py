@@ -14,7 +14,7 @@ from turnscrew.actuate.postures import Posture
 from turnscrew.actuate.torque import TorqueAdapter
 from turnscrew.control.controller import ControllerState
 from turnscrew.errors import ScenarioError
-from turnscrew.estimate.between_ticks import BetweenTicks, JointState
+from turnscrew.estimate.between_ticks import BetweenTicks, JointTrack
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import exp_so3, log_so3
 from turnscrew.plant.snapshot import Plant, Snapshot
@@ -49,7 +49,7 @@ class Last:
 class HeldState:
     """What is remembered from period to period: joints, controller, postures, and of the estimator."""
 
-    joints: JointState
+    joints: JointTrack
     controller: ControllerState
     adapter: Posture
     tracked: Tracked
@@ -78,7 +78,7 @@ class HeldLoop:
     steps: int
     beats: int
 
-    def init(self, joints: JointState, controller: ControllerState, adapter: Posture) -> HeldState:
+    def init(self, joints: JointTrack, controller: ControllerState, adapter: Posture) -> HeldState:
         """The state at rest."""
         known = self.tracking.known
         last = Last(known.p_WT, np.zeros(3), known.c_W, known.n_W)
