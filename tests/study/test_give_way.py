@@ -12,7 +12,8 @@ from rich.console import Console
 from turnscrew.errors import ScenarioError
 from turnscrew.robot.joints import FINGERS
 from turnscrew.show.give_way_report import agreement_table, report
-from turnscrew.study.envelope.give_way import BEGIN, END, ENGAGE, SECONDS, SLIPPED, End, Forces, ramp
+from turnscrew.study.envelope.bench import Forces
+from turnscrew.study.envelope.give_way import BEGIN, END, ENGAGE, SECONDS, SLIPPED, End, ramp
 from turnscrew.study.envelope.study import (
     COMBINATIONS,
     Part,

@@ -16,7 +16,8 @@ import numpy as np
 from turnscrew.contact.envelope import Verdict
 from turnscrew.errors import ScenarioError
 from turnscrew.robot.model import RobotModel
-from turnscrew.study.envelope.give_way import Case, Forces, Traces, give_way
+from turnscrew.study.envelope.bench import Case, Forces
+from turnscrew.study.envelope.give_way import Traces, give_way
 from turnscrew.study.parts import Done, part_file, write_whole
 from turnscrew.task.envelope import Grip, at, conditions
 from turnscrew.task.scenario import load
