@@ -26,6 +26,7 @@ ROOMS = {"sense", "estimate", "decide", "control", "actuate", "plant"}
 LIBRARIES = {
     "mujoco": {"plant", "robot", "show"},
     "cv2": {"sense"},
+    "numba": {"geometry"},
     "casadi": {"geometry", "estimate", "decide"},
     "gymnasium": {"env"},
     "gymnasium_robotics": set(),
