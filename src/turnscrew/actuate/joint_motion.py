@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.compiled import compiled
+from turnscrew.geometry.small import solve_positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,8 +29,7 @@ class JointMotion:
     @classmethod
     def of(cls, M: Array, J: Array) -> JointMotion:
         """The inverse of J (m, n), of full rank, for the mass matrix M (n, n) [kg.m2]."""
-        spread = np.linalg.solve(M, J.T)
-        return cls(J, np.asarray(np.linalg.solve(J @ spread, spread.T).T))
+        return cls(J, _consistent_inverse(M, J))
 
     def accelerations(self, a: Array, rest: Array) -> Array:
         """Joint accelerations under which the contacts accelerate as wanted.
@@ -44,11 +45,24 @@ class JointMotion:
             gladly as a finger and lets the wrist drift until round 4 fails (found by trial); and `rest` in its null
             space, without which 22 of 28 joints do as they like.
         """
-        return np.asarray(rest + self.inverse @ (a - self.J @ rest))
+        return _with_the_rest(self.inverse, self.J, a, rest)
 
     def speeds(self, V: Array, rest: Array) -> Array:
         """Joint speeds (n,) [rad/s] that roll on contacts moving at V (m,) [m/s], `rest` where they leave freedom.
 
         Paper: `J qdot = G^T R nu`, IV-C.
         """
-        return np.asarray(rest + self.inverse @ (V - self.J @ rest))
+        return _with_the_rest(self.inverse, self.J, V, rest)
+
+
+@compiled
+def _consistent_inverse(M: Array, J: Array) -> Array:
+    spread = solve_positive(M, np.ascontiguousarray(J.T))
+    inverse: Array = solve_positive(np.dot(J, spread), np.ascontiguousarray(spread.T)).T.copy()
+    return inverse
+
+
+@compiled
+def _with_the_rest(inverse: Array, J: Array, wanted: Array, rest: Array) -> Array:
+    motion: Array = rest + np.dot(inverse, wanted - np.dot(J, rest))
+    return motion

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from turnscrew.geometry.arrays import Array, Rows
+from turnscrew.geometry.compiled import compiled
 from turnscrew.robot.coupling import DRIVE, DRIVEN_INDEX, SELECTION
 from turnscrew.robot.joints import ARM, COUPLED, FINGERS, HAND_FINGERS, WRIST
 from turnscrew.robot.model import Dynamics
@@ -14,8 +15,6 @@ from turnscrew.signals import FREE, GRIP, REACH, Goal
 
 PALM = slice(0, len(ARM) + len(WRIST))
 """Arm and wrist are the first drives."""
-
-ARM_DRIVES, WRIST_DRIVES = slice(0, len(ARM)), slice(len(ARM), PALM.stop)
 
 FINGER_DRIVES = [
     np.array([DRIVE[joint] for joint in HAND_FINGERS[finger] if joint not in COUPLED]) for finger in FINGERS
@@ -94,11 +93,15 @@ class Postures:
     margin: float = 0.005
     _low: Array = field(init=False, repr=False, compare=False)
     _high: Array = field(init=False, repr=False, compare=False)
+    _gains: tuple[Array, tuple[float, float], tuple[float, float]] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         low, high = self.limits[DRIVEN_INDEX].T
         object.__setattr__(self, "_low", low + self.margin)
         object.__setattr__(self, "_high", high - self.margin)
+        palm = [self.arm] * len(ARM) + [self.wrist] * len(WRIST)
+        gains = (np.array([[part.kp, part.kv, part.ki] for part in palm]), *map(_two, (self.finger, self.guide)))
+        object.__setattr__(self, "_gains", gains)
 
     def init(self, q: Array) -> Posture:
         """Postures begin where the joints are: angles (28,) [rad]."""
@@ -119,21 +122,16 @@ class Postures:
         """
         roles = goal.roles[FINGER_OF_DRIVE]
         roles[PALM] = PALM_ROLE
-        left = goal.q_free[DRIVEN_INDEX] - state.q
-        # no faster than from where it can still brake
-        brake = np.sqrt(2.0 * self.acceleration * np.abs(left))
-        step = np.minimum(np.maximum(left / self.follow, -brake), brake)
-        change = self.acceleration * dt
-        low, high = np.maximum(state.rate - change, -self.speed), np.minimum(state.rate + change, self.speed)
-        rate = np.where(roles == FREE, np.minimum(np.maximum(step, low), high), 0.0)
+        rate = _follow(
+            goal.q_free[DRIVEN_INDEX] - state.q, state.rate, roles, self.follow, self.speed, self.acceleration, dt
+        )
         rate[PALM] = self._shift(dynamics.J_palm[:, PALM], goal.v_palm)
-        for row in np.flatnonzero(goal.roles == REACH).tolist():
+        for row in (goal.roles == REACH).nonzero()[0].tolist():
             drives = FINGER_DRIVES[row]
             rate[drives] = self._feel(dynamics.tips.J[row, :3], drives, state.q - q, goal.approach[row])
-        posture = np.where(roles == GRIP, q, state.q) + rate * dt
-        posture = np.minimum(np.maximum(posture, self._low), self._high)
-        error = (posture - q)[PALM]
-        integral = np.minimum(np.maximum(state.integral + error * dt, -self.integral_limit), self.integral_limit)
+        posture, integral = _advance(
+            state.q, q, rate, roles, state.integral, self.integral_limit, self._low, self._high, dt
+        )
         return Posture(posture, rate, integral), rate
 
     def _shift(self, J: Array, v: Array) -> Array:
@@ -152,10 +150,57 @@ class Postures:
 
     def accelerations(self, state: Posture, goal: Goal, q: Array, v: Array, rate: Array) -> Array:
         """Accelerations (24,) that hold the joints to their postures [rad/s2]; arguments as for `update`."""
-        error, slower = state.q - q, rate - v
-        away = self.guide.kp * (goal.q_guide[DRIVEN_INDEX] - q) - self.guide.kv * v
-        held = self.finger.kp * error + self.finger.kv * slower
-        wanted = np.where(goal.roles[FINGER_OF_DRIVE] == GRIP, away, held)
-        for gains, part in ((self.arm, ARM_DRIVES), (self.wrist, WRIST_DRIVES)):
-            wanted[part] = gains.kp * error[part] + gains.kv * slower[part] + gains.ki * state.integral[part]
-        return wanted
+        guided = goal.q_guide[DRIVEN_INDEX] - q
+        return _accelerate(state.q - q, rate - v, guided, v, state.integral, goal.roles[FINGER_OF_DRIVE], *self._gains)
+
+
+def _two(gains: Gains) -> tuple[float, float]:
+    return float(gains.kp), float(gains.kv)
+
+
+@compiled
+def _follow(
+    left: Array, rate: Array, roles: Rows, follow: float, speed: float, acceleration: float, dt: float
+) -> Array:
+    """Rates (24,) of the free fingers' postures [rad/s], `left` (24,) from where they are to be [rad]."""
+    following = np.zeros(len(left))
+    change = acceleration * dt
+    for i in range(len(left)):
+        if roles[i] == FREE:
+            # no faster than from where it can still brake
+            brake = np.sqrt(2.0 * acceleration * abs(left[i]))
+            step = min(max(left[i] / follow, -brake), brake)
+            step = min(max(step, max(rate[i] - change, -speed)), min(rate[i] + change, speed))
+            following[i] = step
+    return following
+
+
+@compiled
+def _advance(
+    posture: Array, q: Array, rate: Array, roles: Rows, integral: Array, most: float, low: Array, high: Array, dt: float
+) -> tuple[Array, Array]:
+    """Postures (24,) after a beat [rad], and integrals (6,) of the errors of arm and wrist, within `most` [rad.s]."""
+    advanced, summed = np.empty(len(q)), np.empty(len(integral))
+    for i in range(len(q)):
+        start = q[i] if roles[i] == GRIP else posture[i]
+        advanced[i] = min(max(start + rate[i] * dt, low[i]), high[i])
+    for i in range(len(integral)):
+        summed[i] = min(max(integral[i] + (advanced[i] - q[i]) * dt, -most), most)
+    return advanced, summed
+
+
+@compiled
+def _accelerate(
+    error: Array, slower: Array, guided: Array, v: Array, integral: Array, roles: Rows,
+    palm: Array, finger: tuple[float, float], guide: tuple[float, float],
+) -> Array:  # fmt: skip
+    """Accelerations (24,) [rad/s2]; `palm` (6, 3) has kp, kv and ki of arm and wrist, the others kp and kv."""
+    wanted = np.empty(len(error))
+    for i in range(len(error)):
+        if i < len(palm):
+            wanted[i] = palm[i, 0] * error[i] + palm[i, 1] * slower[i] + palm[i, 2] * integral[i]
+        elif roles[i] == GRIP:
+            wanted[i] = guide[0] * guided[i] - guide[1] * v[i]
+        else:
+            wanted[i] = finger[0] * error[i] + finger[1] * slower[i]
+    return wanted

@@ -8,16 +8,13 @@ import numpy as np
 
 from turnscrew.actuate.joint_motion import JointMotion
 from turnscrew.actuate.postures import Posture, Postures
-from turnscrew.contact.grasp import grasp_matrix
-from turnscrew.contact.rolling_motion import contact_accelerations
+from turnscrew.contact.rolling_motion import contact_accelerations, contact_velocities
 from turnscrew.geometry.arrays import Array, Rows
 from turnscrew.robot.contact_jacobian import contact_bias
 from turnscrew.robot.coupling import DRIVEN_INDEX, SELECTION
 from turnscrew.robot.model import Dynamics, RobotModel
 from turnscrew.robot.motors import DRIVE_LIMITS
 from turnscrew.signals import GRIP, Command, Effort, Estimate, Goal
-
-SELECTION_T = np.ascontiguousarray(SELECTION.T)
 
 
 @dataclass(frozen=True)
@@ -74,9 +71,8 @@ class TorqueAdapter:
         q, v = estimate.q[DRIVEN_INDEX], estimate.v[DRIVEN_INDEX]
         state, rate = self.postures.update(state, goal, dynamics, q, dt)
         qddot = self.postures.accelerations(state, goal, q, v, rate)
-        M = SELECTION_T @ dynamics.M @ SELECTION
-        tau = dynamics.bias @ SELECTION
-        rows = np.flatnonzero(goal.roles == GRIP)
+        M, tau = dynamics.M, dynamics.bias
+        rows = (goal.roles == GRIP).nonzero()[0]
         if len(rows):
             J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)[rows].reshape(-1, len(q))
             motion = JointMotion.of(M, J)
@@ -89,10 +85,9 @@ class TorqueAdapter:
 
     def _contacts(self, effort: Effort, estimate: Estimate, dynamics: Dynamics, rows: Rows) -> tuple[Array, Array]:
         """What (17) asks of the contact points, less `Jdot qdot` [m/s2], and their wanted velocities [m/s], (3k,)."""
-        R, nu, c_W = estimate.R_WT, estimate.nu, estimate.c_W[rows]
-        spread = grasp_matrix(c_W, estimate.p_WT).T
+        R, p_WT, c_W = estimate.R_WT, estimate.p_WT, estimate.c_W[rows]
         # a contact travels with the tool and over it; over it by a few mm/s, whose effect on (17) is below 1 % of alpha
-        cdot = (spread @ np.concatenate([R @ nu[:3], R @ nu[3:]])).reshape(-1, 3)
-        a = contact_accelerations(c_W, cdot, estimate.p_WT, R, nu, effort.alpha)
+        cdot = contact_velocities(c_W, p_WT, R, estimate.nu)
+        a = contact_accelerations(c_W, cdot, p_WT, R, estimate.nu, effort.alpha)
         bias = contact_bias(dynamics, estimate.v, rows, c_W, cdot)
-        return a - bias, spread @ np.concatenate([R @ effort.nu_d[:3], R @ effort.nu_d[3:]])
+        return a - bias, contact_velocities(c_W, p_WT, R, effort.nu_d).ravel()

@@ -14,15 +14,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from math import cos, pi
+from math import cos, isfinite, pi
 from typing import TypeAlias
 
 import daqp
 import numpy as np
 from numpy.typing import NDArray
 
-from turnscrew.contact.friction import cone_margin, polyhedral_cones
+from turnscrew.contact.friction import margins, polyhedral_cones
 from turnscrew.geometry.arrays import Array, Flags
+from turnscrew.geometry.compiled import compiled
 
 Marks: TypeAlias = NDArray[np.int32]
 """daqp's marks of rows: 0 free, 1 active, 3 active at the lower bound, 8 added where a row is soft."""
@@ -137,51 +138,28 @@ class ForceSharing:
             The answer; its `lost` is weighted, as `wanted` is.
         """
         k = len(n_W)
-        H = A.T @ A
-        H.flat[:: 3 * k + 1] += self.follow + self.rest
-        centre = self.follow * f_prev + (-self.rest * squeeze)[:, None] * n_W
-        slope = -(wanted @ A) - centre.ravel()
-        rows, low, high, kinds = self._rows(n_W, bounds)
+        H, slope, rows, low, high, kinds = _program(
+            A, wanted, n_W, squeeze, f_prev, self.follow, self.rest, self.sides, bounds.friction, bounds.margin,
+            bounds.least, bounds.most, bounds.T, bounds.torque_least, bounds.torque_most,
+        )  # fmt: skip
         warm = kinds if active is None or len(active) != len(kinds) else kinds | active
         f, _, flag, info = daqp.solve(H, slope, rows, high, low, warm, w_soft=PRICE, iter_limit=self.pivots)
         prices = info["lam"]
-        if flag < 1 or not np.isfinite(f.sum()):
+        if flag < 1 or not isfinite(f.sum()):
             return self._nothing(A, wanted, n_W, bounds, kinds)
-        torque = bounds.T @ f
-        overload = np.maximum(np.maximum(torque - bounds.torque_most, bounds.torque_least - torque), 0.0)
         f_W = f.reshape(k, 3)
-        limited = prices[len(rows) - len(torque) :] != 0.0
+        lost, overload, marks = _outcome(f, prices, A, wanted, bounds.T, bounds.torque_least, bounds.torque_most)
+        limited = marks[len(rows) - len(bounds.T) :] != 0
         return ContactForces(
             f_W=f_W,
-            lost=wanted - A @ f,
-            margin=cone_margin(f_W, n_W, bounds.friction),
+            lost=lost,
+            margin=margins(f_W, n_W, bounds.friction),
             limited=limited,
             overload=overload,
             status=Sharing.OVERLOADED if limited.any() else Sharing.SOLVED,
             iterations=int(info["iterations"]),
-            # a row that binds at its upper bound is marked 1, at its lower 3
-            active=np.where(prices > 0.0, 1, np.where(prices < 0.0, 3, 0)).astype(np.int32),
+            active=marks,
         )
-
-    def _rows(self, n_W: Array, bounds: Bounds) -> tuple[Array, Array, Array, Marks]:
-        """Rows, their bounds and their kinds: pyramids, pressing forces, joint torques."""
-        k, m, sides = len(n_W), len(bounds.T), self.sides
-        cones = k * sides
-        rows = np.zeros((cones + k + m, 3 * k))
-        pyramids = polyhedral_cones(n_W, bounds.friction, sides)
-        for i in range(k):
-            rows[i * sides : (i + 1) * sides, 3 * i : 3 * i + 3] = pyramids[i]
-            rows[cones + i, 3 * i : 3 * i + 3] = -n_W[i]
-        rows[cones + k :] = bounds.T
-        low: Array = np.full(len(rows), -BEYOND)
-        high: Array = np.zeros(len(rows))
-        room = 0.9 * cos(pi / sides) * bounds.friction * bounds.most
-        high[:cones] = -np.repeat(np.minimum(bounds.margin, room), sides)
-        low[cones : cones + k], high[cones : cones + k] = bounds.least, bounds.most
-        low[cones + k :], high[cones + k :] = bounds.torque_least, bounds.torque_most
-        kinds = np.zeros(len(rows), dtype=np.int32)
-        kinds[cones + k :] = SOFT
-        return rows, low, high, kinds
 
     def _nothing(self, A: Array, wanted: Array, n_W: Array, bounds: Bounds, kinds: Marks) -> ContactForces:
         """The largest forces along the normals, which satisfy every hard row."""
@@ -191,3 +169,59 @@ class ForceSharing:
             f_W, wanted - A @ f_W.ravel(), bounds.friction * bounds.most, none > 0.0, none, Sharing.FAILED,
             self.pivots, np.zeros_like(kinds),
         )  # fmt: skip
+
+
+@compiled
+def _program(
+    A: Array,
+    wanted: Array,
+    n_W: Array,
+    squeeze: Array,
+    f_prev: Array,
+    follow: float,
+    rest: float,
+    sides: int,
+    friction: Array,
+    margin: Array,
+    least: Array,
+    most: Array,
+    T: Array,
+    torque_least: Array,
+    torque_most: Array,
+) -> tuple[Array, Array, Array, Array, Array, Marks]:
+    """Hessian and slope; then rows, their bounds and their kinds: pyramids, pressing forces, joint torques."""
+    k, m = len(n_W), len(T)
+    H = np.dot(A.T, A)
+    slope = np.dot(-wanted, A)
+    for i in range(3 * k):
+        H[i, i] += follow + rest
+        slope[i] -= follow * f_prev[i // 3, i % 3] - rest * squeeze[i // 3] * n_W[i // 3, i % 3]
+    cones = k * sides
+    rows = np.zeros((cones + k + m, 3 * k))
+    low, high = np.full(len(rows), -BEYOND), np.empty(len(rows))
+    pyramids = polyhedral_cones(n_W, friction, sides)
+    for i in range(k):
+        at = slice(3 * i, 3 * i + 3)
+        rows[i * sides : (i + 1) * sides, at] = pyramids[i]
+        high[i * sides : (i + 1) * sides] = -min(margin[i], 0.9 * cos(pi / sides) * friction[i] * most[i])
+        rows[cones + i, at] = -n_W[i]
+        low[cones + i], high[cones + i] = least[i], most[i]
+    rows[cones + k :], low[cones + k :], high[cones + k :] = T, torque_least, torque_most
+    kinds = np.zeros(len(rows), dtype=np.int32)
+    kinds[cones + k :] = SOFT
+    return H, slope, rows, low, high, kinds
+
+
+@compiled
+def _outcome(
+    f: Array, prices: Array, A: Array, wanted: Array, T: Array, torque_least: Array, torque_most: Array
+) -> tuple[Array, Array, Marks]:
+    """What of the wanted wrench is lost, joint torques beyond their bounds, and marks of the rows that bind."""
+    torque = np.dot(T, f)
+    overload = np.maximum(np.maximum(torque - torque_most, torque_least - torque), 0.0)
+    marks = np.zeros(len(prices), dtype=np.int32)
+    for i in range(len(prices)):
+        # a row that binds at its upper bound is marked 1, at its lower 3
+        if prices[i] != 0.0:
+            marks[i] = 1 if prices[i] > 0.0 else 3
+    return wanted - np.dot(A, f), overload, marks

@@ -6,14 +6,13 @@ when its tangential part is at most mu f_n.
 
 from __future__ import annotations
 
-from functools import cache
-from math import cos, inf, pi, sqrt
+from math import cos, inf, pi, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
 
 from turnscrew.geometry.arrays import Array, Flags
-from turnscrew.geometry.rotations import cross_rows
+from turnscrew.geometry.compiled import compiled
 
 EMPTY = (inf, -inf)
 """The interval without a point."""
@@ -45,8 +44,18 @@ def cone_margin(f_W: Array, n_W: Array, mu: float | Array) -> Array:
         n_W: (k, 3) handle's outward unit normals, in W.
         mu: Coefficient of friction, one for all or (k,).
     """
-    pressing, along = split(f_W, n_W)
-    return mu * pressing - along
+    return margins(np.ascontiguousarray(f_W), np.ascontiguousarray(n_W), mu * np.ones(len(n_W)))
+
+
+@compiled
+def margins(f_W: Array, n_W: Array, mu: Array) -> Array:
+    """`cone_margin` of contacts that each have a coefficient mu (k,) of their own; contiguous arrays only."""
+    inside = np.empty(len(n_W))
+    for i in range(len(n_W)):
+        pressing = -(f_W[i, 0] * n_W[i, 0] + f_W[i, 1] * n_W[i, 1] + f_W[i, 2] * n_W[i, 2])
+        x, y, z = f_W[i, 0] + pressing * n_W[i, 0], f_W[i, 1] + pressing * n_W[i, 1], f_W[i, 2] + pressing * n_W[i, 2]
+        inside[i] = mu[i] * pressing - sqrt(x * x + y * y + z * z)
+    return inside
 
 
 def in_cone(f_W: Array, n_W: Array, mu: float) -> Flags:
@@ -54,6 +63,7 @@ def in_cone(f_W: Array, n_W: Array, mu: float) -> Flags:
     return cone_margin(f_W, n_W, mu) >= 0.0
 
 
+@compiled
 def polyhedral_cones(n_W: Array, mu: Array, sides: int = 8) -> Array:
     """Rows of inner pyramids: `rows_i @ f_i <= 0` implies that f_i is inside the cone of n_i and mu_i.
 
@@ -68,21 +78,20 @@ def polyhedral_cones(n_W: Array, mu: Array, sides: int = 8) -> Array:
     Returns:
         (k, sides, 3).
     """
-    # the axis least along n, so the two tangents are well apart from it
-    axis = np.eye(3)[np.abs(n_W).argmin(axis=1)]
-    t1 = axis - (axis * n_W).sum(axis=1)[:, None] * n_W
-    t1 /= np.sqrt((t1 * t1).sum(axis=1))[:, None]
-    t2 = cross_rows(n_W, t1)
-    cosines, sines = _polygon(sides)
-    rows: Array = cosines * t1[:, None] + sines * t2[:, None] + (cos(pi / sides) * mu)[:, None, None] * n_W[:, None]
+    k = len(n_W)
+    rows = np.empty((k, sides, 3))
+    turn = 2.0 * pi / sides
+    for i in range(k):
+        n = n_W[i]
+        t1, t2 = np.zeros(3), np.empty(3)
+        # the axis least along n, so the two tangents are well apart from it
+        axis = np.abs(n).argmin()
+        t1[axis] = 1.0
+        t1 = (t1 - n[axis] * n) / sqrt(1.0 - n[axis] ** 2)
+        t2[0], t2[1], t2[2] = n[1] * t1[2] - n[2] * t1[1], n[2] * t1[0] - n[0] * t1[2], n[0] * t1[1] - n[1] * t1[0]
+        for j in range(sides):
+            rows[i, j] = cos(turn * j) * t1 + sin(turn * j) * t2 + cos(pi / sides) * mu[i] * n
     return rows
-
-
-@cache
-def _polygon(sides: int) -> tuple[Array, Array]:
-    """Cosines and sines (sides, 1) of equal angles."""
-    angles = (2.0 * pi / sides * np.arange(sides))[:, None]
-    return np.cos(angles), np.sin(angles)
 
 
 class Scaling(NamedTuple):

@@ -12,6 +12,7 @@ import numpy as np
 
 from turnscrew.errors import TurnscrewError
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.compiled import compiled
 
 LEAST_LEVER = 5e-4
 """Lever arm [m] below which a torque counts as unreachable.  Contacts are known to some 0.3 mm, and 0.01 N.m through
@@ -104,6 +105,34 @@ def grasp_matrix(c_W: Array, p_WT: Array) -> Array:
         G[4, j], G[4, j + 2] = z, -x
         G[5, j], G[5, j + 1] = -y, x
     return G
+
+
+@compiled
+def weighted_grasp_matrix(c_W: Array, p_WT: Array, R_WT: Array, weights: Array) -> Array:
+    """`W diag(R^T, R^T) G`: from contact forces in W to the weighted wrench on the tool in T.
+
+    Args:
+        c_W: (k, 3) contact points in W [m].
+        p_WT: (3,) origin of the tool's frame in W [m].
+        R_WT: (3, 3) orientation of the tool.
+        weights: (6,) what a unit of force and of torque in T counts.
+
+    Returns:
+        (6, 3k), force first.
+    """
+    k = len(c_W)
+    A = np.empty((6, 3 * k))
+    for i in range(k):
+        x, y, z = c_W[i, 0] - p_WT[0], c_W[i, 1] - p_WT[1], c_W[i, 2] - p_WT[2]
+        for row in range(3):
+            a, b, c = R_WT[0, row], R_WT[1, row], R_WT[2, row]
+            force, torque = weights[row], weights[3 + row]
+            A[row, 3 * i], A[row, 3 * i + 1], A[row, 3 * i + 2] = force * a, force * b, force * c
+            # a row of R^T [r]x is the cross product of R's column with r
+            A[3 + row, 3 * i] = torque * (b * z - c * y)
+            A[3 + row, 3 * i + 1] = torque * (c * x - a * z)
+            A[3 + row, 3 * i + 2] = torque * (a * y - b * x)
+    return A
 
 
 def grasp(c_W: Array, p_WT: Array, length: float = 1.0, share: Array | None = None) -> Grasp:

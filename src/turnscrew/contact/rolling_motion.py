@@ -1,13 +1,37 @@
-"""How contact points have to accelerate for the tool to move as wanted: the right side of (17)."""
+"""How contact points have to move for the tool to move as wanted: the right side of (17), and `G^T R nu`."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
-from turnscrew.geometry.rotations import cross, skew
+from turnscrew.geometry.compiled import compiled
+from turnscrew.geometry.small import cross
 
 
+@compiled
+def contact_velocities(c_W: Array, p_WT: Array, R_WT: Array, nu: Array) -> Array:
+    """`G^T R nu`: velocities of the tool's points at the contacts, with R for diag(R, R).
+
+    Args:
+        c_W: (k, 3) contacts in W [m].
+        p_WT: (3,) origin of T in W [m].
+        R_WT: (3, 3) orientation of T.
+        nu: (6,) velocity of T in T, linear first [m/s, rad/s].
+
+    Returns:
+        (k, 3) in W [m/s].
+
+    Paper: IV-C.
+    """
+    v, omega = np.dot(R_WT, nu[:3]), np.dot(R_WT, nu[3:])
+    V = np.empty(c_W.shape)
+    for i in range(len(c_W)):
+        V[i] = v + cross(omega, c_W[i] - p_WT)
+    return V
+
+
+@compiled
 def contact_accelerations(c_W: Array, cdot_W: Array, p_WT: Array, R_WT: Array, nu: Array, alpha: Array) -> Array:
     """`G^T R nudot + G^T Rdot nu + Gdot^T R nu` of (17), with R for diag(R, R).
 
@@ -27,6 +51,9 @@ def contact_accelerations(c_W: Array, cdot_W: Array, p_WT: Array, R_WT: Array, n
 
     Paper: (17), with the servo's alpha for nudot as IV-C says.
     """
-    v, omega = R_WT @ nu[:3], R_WT @ nu[3:]
-    a, domega = R_WT @ alpha[:3] + cross(omega, v), R_WT @ alpha[3:]
-    return np.asarray((a + (c_W - p_WT) @ skew(domega).T + (cdot_W - v) @ skew(omega).T).ravel())
+    v, omega = np.dot(R_WT, nu[:3]), np.dot(R_WT, nu[3:])
+    a, domega = np.dot(R_WT, alpha[:3]) + cross(omega, v), np.dot(R_WT, alpha[3:])
+    changes = np.empty(c_W.shape)
+    for i in range(len(c_W)):
+        changes[i] = a + cross(domega, c_W[i] - p_WT) + cross(omega, cdot_W[i] - v)
+    return changes.ravel()

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
-from turnscrew.geometry.rotations import cross, skew
+from turnscrew.geometry.compiled import compiled
+from turnscrew.geometry.rotations import skew
+from turnscrew.geometry.small import cross
 
 GRAVITY_W = np.array([0.0, 0.0, -9.81])
 
@@ -46,8 +48,38 @@ class ToolInertia:
             R_WT: (3, 3) orientation of the tool.
             nu: (6,) velocity of T in T, linear first [m/s, rad/s].
         """
-        v, omega = nu[:3], nu[3:]
-        fall = cross(omega, v) - R_WT.T @ GRAVITY_W
-        force = self.mass * (fall + cross(omega, cross(omega, self.com)))
-        torque = cross(omega, self.M[3:, 3:] @ omega) + self.mass * cross(self.com, fall)
-        return np.concatenate([force, torque])
+        return _bias(self.mass, self.com, self.M, R_WT, nu)
+
+    def wrench(self, R_WT: Array, nu: Array, alpha: Array) -> Array:
+        """(6,) `M alpha + C`: wrench of all that touches the tool, for a motion; in T, force first [N, N.m].
+
+        Args:
+            R_WT: (3, 3) orientation of the tool.
+            nu: (6,) velocity of T in T, linear first [m/s, rad/s].
+            alpha: (6,) its rate of change [m/s2, rad/s2].
+
+        Paper: the right side of (7).
+        """
+        return _wrench(self.mass, self.com, self.M, R_WT, nu, alpha)
+
+
+@compiled
+def _bias(mass: float, com: Array, M: Array, R_WT: Array, nu: Array) -> Array:
+    v, omega = nu[:3], nu[3:]
+    fall = cross(omega, v)
+    spin = np.zeros(3)
+    for i in range(3):
+        for j in range(3):
+            fall[i] -= R_WT[j, i] * GRAVITY_W[j]
+            spin[i] += M[3 + i, 3 + j] * omega[j]
+    force = mass * (fall + cross(omega, cross(omega, com)))
+    return np.concatenate((force, cross(omega, spin) + mass * cross(com, fall)))
+
+
+@compiled
+def _wrench(mass: float, com: Array, M: Array, R_WT: Array, nu: Array, alpha: Array) -> Array:
+    F = _bias(mass, com, M, R_WT, nu)
+    for i in range(6):
+        for j in range(6):
+            F[i] += M[i, j] * alpha[j]
+    return F

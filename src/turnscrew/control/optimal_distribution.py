@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import hypot
 
 import numpy as np
 
 from turnscrew.contact.force_sharing import Bounds, ForceSharing, Marks
-from turnscrew.contact.grasp import grasp_matrix
+from turnscrew.contact.grasp import weighted_grasp_matrix
 from turnscrew.control.wanted_forces import WantedForces
 from turnscrew.geometry.arrays import Array, Rows
-from turnscrew.robot.coupling import DRIVEN_INDEX, SELECTION
+from turnscrew.geometry.compiled import compiled
+from turnscrew.robot.coupling import DRIVEN_INDEX
 from turnscrew.robot.joints import ARM, FINGERS
 from turnscrew.robot.model import RobotModel
 from turnscrew.robot.motors import DRIVE_LIMITS
@@ -85,6 +87,10 @@ class OptimalDistribution:
     most_reflex: float = 6.0
     torque: float = 0.9
     sharing: ForceSharing = field(default_factory=ForceSharing)
+    _room: Array = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_room", self.torque * DRIVE_LIMITS[HAND])
 
     def init(self) -> Shared:
         """Nothing asked for yet."""
@@ -107,16 +113,15 @@ class OptimalDistribution:
 
         Paper: in place of (15) and (16); the error integral of IV-C is not needed where torques press as told.
         """
-        rows = np.flatnonzero((goal.roles == GRIP) & (goal.share > 0))
+        rows = ((goal.roles == GRIP) & (goal.share > 0)).nonzero()[0]
         none = WantedForces.none(F_hd)
         if len(rows) == 0:
             return self.init(), none
         held = tuple(rows.tolist())
-        R, n_W, c_W = estimate.R_WT, estimate.n_W[rows], estimate.c_W[rows]
+        n_W, c_W = estimate.n_W[rows], estimate.c_W[rows]
         alarm = self._alarm(state, estimate, dt)
         weights = self.sharing.weights(estimate.radius)
-        G = grasp_matrix(c_W, estimate.p_WT)
-        A = weights[:, None] * np.concatenate([R.T @ G[:3], R.T @ G[3:]])
+        A = weighted_grasp_matrix(c_W, estimate.p_WT, estimate.R_WT, weights)
         squeeze = goal.squeeze[rows] + alarm * goal.share[rows]
         solved = self.sharing.share(
             A, weights * F_hd, n_W, squeeze, state.f_W[rows], self._bounds(state, goal, estimate, rows),
@@ -132,28 +137,34 @@ class OptimalDistribution:
 
     def _alarm(self, state: Shared, estimate: Estimate, dt: float) -> float:
         """Squeeze that a leaning tool asks for [N]: at once, and fading."""
-        leaning = float(np.hypot(estimate.nu[3], estimate.nu[4]))
+        leaning = hypot(estimate.nu[3], estimate.nu[4])
         wanted = max(self.reflex * (leaning - QUIET), state.alarm * (1.0 - dt / self.calm))
         return min(wanted, self.most_reflex)
 
     def _bounds(self, state: Shared, goal: Goal, estimate: Estimate, rows: Rows) -> Bounds:
         dynamics = self.robot.dynamics(estimate.q, estimate.v)
         J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)[rows].reshape(-1, len(DRIVEN_INDEX))
-        rest = (dynamics.bias @ SELECTION)[HAND]
-        room = self.torque * DRIVE_LIMITS[HAND]
-        share = goal.share[rows]
-        friction = self.friction * np.minimum(share / self.firm, 1.0)
+        rest = dynamics.bias[HAND]
+        friction, margin, least, most = _contact_bounds(
+            goal.share[rows], self.friction, self.firm, state.spare * self.margin, self.least, self.first, self.most
+        )
         return Bounds(
-            friction,
-            state.spare * self.margin * share,
-            self.least * share,
-            self._most(share),
-            J.T[HAND],
-            -room - rest,
-            room - rest,
+            friction, margin, least, most, np.ascontiguousarray(J.T[HAND]), -self._room - rest, self._room - rest
         )
 
-    def _most(self, share: Array) -> Array:
-        """Largest pressing forces [N]: `first` for who has just touched, then with the square of the share."""
-        more = np.maximum(share - FIRST, 0.0) / (1.0 - FIRST)
-        return np.asarray(np.minimum(share / FIRST, 1.0) * self.first + more * more * (self.most - self.first))
+
+@compiled
+def _contact_bounds(
+    share: Array, friction: float, firm: float, margin: float, least: float, first: float, most: float
+) -> Array:
+    """Friction counted with, margin, least and largest pressing force of contacts by their shares (k,): (4, k).
+
+    The largest grows to `first` for who has just touched, then with the square of the share.
+    """
+    bounds = np.empty((4, len(share)))
+    for i in range(len(share)):
+        more = max(share[i] - FIRST, 0.0) / (1.0 - FIRST)
+        bounds[0, i] = friction * min(share[i] / firm, 1.0)
+        bounds[1, i], bounds[2, i] = margin * share[i], least * share[i]
+        bounds[3, i] = min(share[i] / FIRST, 1.0) * first + more * more * (most - first)
+    return bounds

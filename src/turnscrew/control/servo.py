@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from turnscrew.contact.tool_dynamics import ToolInertia
 from turnscrew.geometry.arrays import Array
-from turnscrew.geometry.euler import body_rate_matrix, body_rate_matrix_derivative, euler_from_matrix
+from turnscrew.geometry.compiled import compiled
+from turnscrew.geometry.euler import body_rate_matrix, body_rate_matrix_derivative, euler_from_matrix, euler_rates
 from turnscrew.signals import Estimate, Goal
 
 
@@ -71,6 +72,11 @@ class HybridServo:
     side_limit: float = np.inf
     ease: float = 0.0
     measured: bool = False
+    _gains: tuple[float, float, float, float, float] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        gains = (float(self.kp), float(self.kv), float(self.ki), float(self.yaw_limit), float(self.integral_limit))
+        object.__setattr__(self, "_gains", gains)
 
     def init(self, estimate: Estimate) -> ServoState:
         """The reference stands where the tool is."""
@@ -93,25 +99,15 @@ class HybridServo:
         Paper: (8)-(11).  Departures: (10) in its exact form (`d/dt(R^T T) gammadot` for `Lambda-dot xdot`), and the
             yaw error is measured to a target that waits when the tool falls behind by more than `yaw_limit`.
         """
-        gamma = euler_from_matrix(estimate.R_WT)
-        yaw_d = gamma[2] + _wrap(state.yaw_d + goal.turn_rate * dt - gamma[2])
-        yaw_d = min(max(yaw_d, gamma[2] - self.yaw_limit), gamma[2] + self.yaw_limit)
         age = state.age + dt
         ease = 1.0 if age >= self.ease else age / self.ease
-        error = ease * np.array([-gamma[0], -gamma[1], yaw_d - gamma[2]])
-        integral = np.minimum(np.maximum(state.integral + error * dt, -self.integral_limit), self.integral_limit)
-        rates = body_rate_matrix(gamma)
-        wanted = np.array([0.0, 0.0, goal.turn_rate])
-        if self.measured:
-            gammadot = np.asarray(np.linalg.solve(rates, estimate.nu[3:]), dtype=np.float64)
-            gammaddot = self.kv * (wanted - gammadot) + self.kp * error + self.ki * integral
-        else:
-            gammaddot = self.kv * (wanted - state.gammadot) + self.kp * error + self.ki * integral
-            gammadot = state.gammadot + gammaddot * dt
-        omegadot = rates @ gammaddot + body_rate_matrix_derivative(gamma, gammadot) @ gammadot
+        rate = estimate.nu[3:] if self.measured else state.gammadot
+        yaw_d, integral, gammadot, omega, omegadot = _turn(
+            estimate.R_WT, rate, state.yaw_d + goal.turn_rate * dt, goal.turn_rate, state.integral, ease, dt,
+            self._gains, self.measured,
+        )  # fmt: skip
         lead = self.pitch / (2 * np.pi)
         alpha = np.array([0.0, 0.0, lead * omegadot[2], *omegadot])
-        omega = rates @ (wanted if self.measured else gammadot)
         nu_d = np.array([0.0, 0.0, lead * omega[2], *omega])
 
         force_error = goal.tip_force - estimate.F_s[2]
@@ -119,7 +115,7 @@ class HybridServo:
         force_integral = min(max(state.force_integral + force_error * dt, -limit), limit)
         side = min(max(estimate.F_s[4], -self.side_limit), self.side_limit)
         F_sc = np.array([0.0, 0.0, goal.tip_force + self.kf * force_integral, estimate.F_s[3], side, estimate.F_s[5]])
-        F_hd = self.tool.M @ alpha + self.tool.bias(estimate.R_WT, nu_d) - F_sc
+        F_hd = self.tool.wrench(estimate.R_WT, nu_d, alpha) - F_sc
         return ServoState(yaw_d, integral, force_integral, gammadot, alpha, age), nu_d, F_hd
 
 
@@ -147,5 +143,35 @@ def torque_servo(tool: ToolInertia, pitch: float, frequency: float = 32.0, dampi
     )  # fmt: skip
 
 
-def _wrap(angle: float) -> float:
-    return float((angle + np.pi) % (2 * np.pi) - np.pi)
+@compiled
+def _turn(
+    R_WT: Array,
+    rate: Array,
+    yaw_d: float,
+    turn_rate: float,
+    integral: Array,
+    ease: float,
+    dt: float,
+    gains: tuple[float, float, float, float, float],
+    measured: bool,
+) -> tuple[float, Array, Array, Array, Array]:
+    """(9) and (10) for the rotation: wanted yaw, integral, Euler rates, wanted omega and omegadot in T."""
+    kp, kv, ki, yaw_limit, integral_limit = gains
+    gamma = euler_from_matrix(R_WT)
+    ahead = (yaw_d - gamma[2] + np.pi) % (2.0 * np.pi) - np.pi
+    ahead = min(max(ahead, -yaw_limit), yaw_limit)
+    error = ease * np.array([-gamma[0], -gamma[1], ahead])
+    integral = np.minimum(np.maximum(integral + error * dt, -integral_limit), integral_limit)
+    wanted = np.array([0.0, 0.0, turn_rate])
+    gammadot = euler_rates(gamma, rate) if measured else rate
+    gammaddot = kv * (wanted - gammadot) + kp * error + ki * integral
+    if not measured:
+        gammadot = gammadot + gammaddot * dt
+        wanted = gammadot
+    rates, change = body_rate_matrix(gamma), body_rate_matrix_derivative(gamma, gammadot)
+    omega, omegadot = np.zeros(3), np.zeros(3)
+    for i in range(3):
+        for j in range(3):
+            omega[i] += rates[i, j] * wanted[j]
+            omegadot[i] += rates[i, j] * gammaddot[j] + change[i, j] * gammadot[j]
+    return gamma[2] + ahead, integral, gammadot, omega, omegadot

@@ -11,6 +11,8 @@ from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.robot.joints import DRIVEN, FINGERS
 from turnscrew.signals import Estimate, Goal
 
+NO_MARGIN = np.full(len(FINGERS), np.nan)
+
 
 @dataclass(frozen=True, slots=True)
 class WantedForces:
@@ -32,8 +34,7 @@ class WantedForces:
     @classmethod
     def none(cls, F_hd: Array) -> WantedForces:
         """No forces, of a wanted wrench F_hd (6,) in T [N, N.m], which is lost."""
-        fingers, drives = len(FINGERS), len(DRIVEN)
-        return cls(np.zeros((fingers, 3)), F_hd, np.full(fingers, np.nan), np.zeros(drives, dtype=bool))
+        return cls(np.zeros((len(FINGERS), 3)), F_hd, NO_MARGIN.copy(), np.zeros(len(DRIVEN), dtype=bool))
 
 
 class WrenchSharing(Protocol):

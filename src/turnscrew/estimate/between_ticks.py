@@ -7,17 +7,18 @@ the last tick; joint angles and speeds come from the encoders at the faster pace
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from math import exp, isfinite
 
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.compiled import compiled
 from turnscrew.geometry.rotations import exp_so3
+from turnscrew.geometry.small import cross, solve_positive
 from turnscrew.robot.coupling import DRIVEN_INDEX
 from turnscrew.robot.joints import ARM, JOINTS
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import Estimate
-
-EYE = np.eye(3)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,11 +62,7 @@ class BetweenTicks:
 
     def read(self, state: JointTrack, reading: Array, dt: float) -> JointTrack:
         """Takes a reading: encoder angles (28,) [rad], dt [s] after the last."""
-        keep = np.exp(-dt / self._times)
-        predicted = state.q + dt * state.v
-        # a reading that is no number is taken for what was expected
-        error = np.where(np.isfinite(reading), reading - predicted, 0.0)
-        return JointTrack(predicted + (1.0 - keep * keep) * error, state.v + (1.0 - keep) ** 2 / dt * error)
+        return JointTrack(*_smoothed(state.q, state.v, reading, self._times, dt))
 
     def refresh(self, state: JointTrack, estimate: Estimate, ahead: float) -> Estimate:
         """Brings an estimate up to the joints' last reading.
@@ -84,12 +81,36 @@ class BetweenTicks:
 
     def _rate(self, q: Array, v: Array, estimate: Estimate) -> Array:
         """Angular velocity (3,) of the tool in W that fits the gripping fingertips' speeds best, its tip at rest."""
-        rows = np.flatnonzero(estimate.touching)
+        rows = estimate.touching.nonzero()[0]
         if len(rows) < 2:
             return np.zeros(3)
-        V = self.robot.contact_jacobians(q, v, estimate.c_W)[rows] @ v[DRIVEN_INDEX]
-        r = estimate.c_W[rows] - estimate.p_WT
-        L, S = r.T @ r, r.T @ V
-        A = (L[0, 0] + L[1, 1] + L[2, 2] + self.prior) * EYE - L
-        b = np.array([S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]])
-        return np.asarray(np.linalg.solve(A, b))
+        J = self.robot.contact_jacobians(q, v, estimate.c_W)
+        return _fitting_rate(J[rows], v[DRIVEN_INDEX], estimate.c_W[rows], estimate.p_WT, self.prior)
+
+
+@compiled
+def _smoothed(q: Array, v: Array, reading: Array, times: Array, dt: float) -> tuple[Array, Array]:
+    """Angles [rad] and speeds [rad/s] (28,) after a reading, with time constants `times` (28,) [s]."""
+    angles, speeds = np.empty(len(q)), np.empty(len(q))
+    for i in range(len(q)):
+        keep = exp(-dt / times[i])
+        predicted = q[i] + dt * v[i]
+        # a reading that is no number is taken for what was expected
+        error = reading[i] - predicted if isfinite(reading[i]) else 0.0
+        angles[i] = predicted + (1.0 - keep * keep) * error
+        speeds[i] = v[i] + (1.0 - keep) ** 2 / dt * error
+    return angles, speeds
+
+
+@compiled
+def _fitting_rate(J: Array, v: Array, c_W: Array, p_WT: Array, prior: float) -> Array:
+    """The omega (3,) that is least in `sum |omega x r - J v|^2 + prior |omega|^2`, with r = c - p."""
+    A, b = prior * np.eye(3), np.zeros((3, 1))
+    for i in range(len(c_W)):
+        V, r = np.dot(J[i], v), c_W[i] - p_WT
+        b[:, 0] += cross(r, V)
+        for row in range(3):
+            A[row, row] += r[0] * r[0] + r[1] * r[1] + r[2] * r[2]
+            for column in range(3):
+                A[row, column] -= r[row] * r[column]
+    return solve_positive(A, b)[:, 0].copy()

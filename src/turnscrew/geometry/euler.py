@@ -11,6 +11,7 @@ from math import atan2, cos, hypot, sin
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.compiled import compiled
 
 
 def matrix_from_euler(gamma: Array) -> Array:
@@ -35,6 +36,7 @@ def matrix_from_euler(gamma: Array) -> Array:
     )
 
 
+@compiled
 def euler_from_matrix(R: Array) -> Array:
     """Angles (roll, pitch, yaw) of a rotation, pitch within +-90 deg; the inverse of `matrix_from_euler`.
 
@@ -44,8 +46,7 @@ def euler_from_matrix(R: Array) -> Array:
     Returns:
         (3,) gamma [rad].
     """
-    (a, _, _), (d, _, _), (g, h, i) = R.tolist()
-    return np.array([atan2(h, i), atan2(-g, hypot(a, d)), atan2(d, a)])
+    return np.array([atan2(R[2, 1], R[2, 2]), atan2(-R[2, 0], hypot(R[0, 0], R[1, 0])), atan2(R[1, 0], R[0, 0])])
 
 
 def euler_rate_matrix(gamma: Array) -> Array:
@@ -86,6 +87,7 @@ def euler_rate_matrix_derivative(gamma: Array, gammadot: Array) -> Array:
     )
 
 
+@compiled
 def body_rate_matrix(gamma: Array) -> Array:
     """`R^T T`, so `omega_T = R^T T gammadot`: the tool's angular velocity in its own frame.
 
@@ -97,11 +99,12 @@ def body_rate_matrix(gamma: Array) -> Array:
 
     Paper: the lower block of Lambda in IV-A.
     """
-    roll, pitch, _ = gamma.tolist()
+    roll, pitch = gamma[0], gamma[1]
     cr, sr, cp, sp = cos(roll), sin(roll), cos(pitch), sin(pitch)
     return np.array([[1.0, 0.0, -sp], [0.0, cr, sr * cp], [0.0, -sr, cr * cp]])
 
 
+@compiled
 def body_rate_matrix_derivative(gamma: Array, gammadot: Array) -> Array:
     """Time derivative of `R^T T`, for the tool's acceleration: `omegadot_T = R^T T gammaddot + d/dt(R^T T) gammadot`.
 
@@ -115,8 +118,8 @@ def body_rate_matrix_derivative(gamma: Array, gammadot: Array) -> Array:
     Paper: the exact form of the last term of (9) and (10), where `Lambda-dot xdot` also differentiates the
         linear part, which U has already removed.
     """
-    roll, pitch, _ = gamma.tolist()
-    dr, dp, _ = gammadot.tolist()
+    roll, pitch = gamma[0], gamma[1]
+    dr, dp = gammadot[0], gammadot[1]
     cr, sr, cp, sp = cos(roll), sin(roll), cos(pitch), sin(pitch)
     return np.array(
         [
@@ -125,6 +128,22 @@ def body_rate_matrix_derivative(gamma: Array, gammadot: Array) -> Array:
             [0.0, -dr * cr, -dr * sr * cp - dp * cr * sp],
         ]
     )
+
+
+@compiled
+def euler_rates(gamma: Array, omega_T: Array) -> Array:
+    """Rates of the Euler angles from the tool's angular velocity: `gammadot = (R^T T)^-1 omega_T`.
+
+    Args:
+        gamma: (3,) angles (roll, pitch, yaw) [rad], pitch off 90 deg.
+        omega_T: (3,) angular velocity of the tool in W, expressed in T [rad/s].
+
+    Returns:
+        (3,) gammadot [rad/s].
+    """
+    cr, sr = cos(gamma[0]), sin(gamma[0])
+    yaw_rate = (sr * omega_T[1] + cr * omega_T[2]) / cos(gamma[1])
+    return np.array([omega_T[0] + sin(gamma[1]) * yaw_rate, cr * omega_T[1] - sr * omega_T[2], yaw_rate])
 
 
 def tilt(R: Array) -> float:

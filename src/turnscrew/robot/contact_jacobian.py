@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from turnscrew.geometry.arrays import Array, Rows
-from turnscrew.geometry.rotations import cross_rows
-from turnscrew.robot.coupling import SELECTION
+from turnscrew.geometry.compiled import compiled
+from turnscrew.geometry.small import cross
+from turnscrew.robot.body_jacobians import contact_rows
+from turnscrew.robot.coupling import DRIVE_OF_JOINT, SELECTION
 
 if TYPE_CHECKING:
     from turnscrew.robot.model import Dynamics, Fingertips
@@ -32,16 +34,7 @@ def contact_jacobian(tips: Fingertips, rows: Rows, c_W: Array) -> Array:
 
 def contact_jacobians(tips: Fingertips, c_W: Array, rows: Rows | slice = ALL) -> Array:
     """The same for all fingers or some, apart: (k, 3, 24)."""
-    J = tips.J[rows]
-    r = c_W - tips.p_WF[rows]
-    x, y, z = r[:, 0, None], r[:, 1, None], r[:, 2, None]
-    A, B, C = J[:, 3], J[:, 4], J[:, 5]
-    at = J[:, :3].copy()
-    # J_v + J_omega x r
-    at[:, 0] += B * z - C * y
-    at[:, 1] += C * x - A * z
-    at[:, 2] += A * y - B * x
-    return np.asarray(at @ SELECTION)
+    return contact_rows(tips.J[rows], tips.p_WF[rows], c_W, DRIVE_OF_JOINT, SELECTION.shape[1])
 
 
 def contact_bias(dynamics: Dynamics, v: Array, rows: Rows, c_W: Array, cdot_W: Array) -> Array:
@@ -60,8 +53,14 @@ def contact_bias(dynamics: Dynamics, v: Array, rows: Rows, c_W: Array, cdot_W: A
         (3k,) in W [m/s2].
     """
     tips = dynamics.tips
-    V = tips.J[rows] @ v
-    a = dynamics.Jdot_v[rows]
-    r = c_W - tips.p_WF[rows]
-    changes = a[:, :3] + cross_rows(a[:, 3:], r) + cross_rows(V[:, 3:], cdot_W - V[:, :3])
-    return np.asarray(changes.ravel())
+    return _bias(tips.J[rows], dynamics.Jdot_v[rows], tips.p_WF[rows], v, c_W, cdot_W)
+
+
+@compiled
+def _bias(J: Array, a: Array, p_WF: Array, v: Array, c_W: Array, cdot_W: Array) -> Array:
+    changes = np.empty(c_W.shape)
+    for i in range(len(c_W)):
+        V = np.dot(J[i], v)
+        arm, drift = c_W[i] - p_WF[i], cdot_W[i] - V[:3]
+        changes[i] = a[i, :3] + cross(a[i, 3:], arm) + cross(V[3:], drift)
+    return changes.ravel()

@@ -19,3 +19,6 @@ SELECTION: Array = np.array([[float(COUPLED.get(joint, joint) == name) for name 
 
 DRIVE = {name: index for index, name in enumerate(DRIVEN)}
 """Places of the driven joints among the drives."""
+
+DRIVE_OF_JOINT = SELECTION.argmax(axis=1)
+"""(28,) place of the drive that moves each joint."""

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.robot.arm import LINKS, add_arm
+from turnscrew.robot.body_jacobians import bias_accelerations, driven_mass, point_jacobians
 from turnscrew.robot.contact_jacobian import contact_jacobians
+from turnscrew.robot.coupling import DRIVE_OF_JOINT, SELECTION
 from turnscrew.robot.hand import TIP_RADIUS, attach_hand, check_joint_order, torque_limit
 from turnscrew.robot.joints import ARM, COUPLED, FINGERS, INDEX, JOINTS
 
@@ -47,8 +49,8 @@ class Dynamics:
 
     Attributes:
         tips: Fingertips and their Jacobians.
-        M: (28, 28) mass matrix with the drives' reflected inertia [kg.m2].
-        bias: (28,) C_r v + N, Coriolis, centrifugal and gravity torques [N.m].
+        M: (24, 24) mass matrix of the driven joints, `S^T M_r S`, with the drives' reflected inertia [kg.m2].
+        bias: (24,) `S^T (C_r v + N)`, Coriolis, centrifugal and gravity torques at the drives [N.m].
         J_palm: (6, 28) Jacobian of the palm's origin, linear first, in W.
         Jdot_v: (5, 6) what the fingertips' frames accelerate by while no joint does, in W, linear first [m/s2, rad/s2].
     """
@@ -83,10 +85,12 @@ class RobotModel:
         check_joint_order(self._model)
         self._data = mujoco.MjData(self._model)
         self._bodies = [self._model.body(name).id for name in _TIP_BODIES]
-        self._palm = int(self._model.body("palm").id)
+        self._followed = [*self._bodies, int(self._model.body("palm").id)]
+        self._root = int(self._model.body_rootid[self._followed[-1]])
+        self._moves = np.array([_moved_by(self._model, body) for body in self._followed])
         capsules = [self._model.geom(f"C_{name}") for name in _TIP_BODIES]
         self._half = np.array([float(capsule.size[1]) for capsule in capsules])
-        self._centre = np.array([float(capsule.pos[2]) for capsule in capsules])
+        self._offset = self._half + np.array([float(capsule.pos[2]) for capsule in capsules])
         self.rho = np.array([TIP_RADIUS[finger] for finger in FINGERS])
         self.limits = self._model.jnt_range[: len(JOINTS)].copy()
         self.damping = self._model.dof_damping[: len(JOINTS)].copy()
@@ -107,13 +111,20 @@ class RobotModel:
         return self._tips()
 
     def _tips(self) -> Fingertips:
+        p_W, R = self._points()
+        return Fingertips(p_W[:-1], R, self._jacobians(p_W)[:-1], self.rho, 2 * self._half)
+
+    def _points(self) -> tuple[Array, Array]:
+        """Origins (6, 3) of the fingertips' frames and of the palm's, in W [m], and R_WF (5, 3, 3)."""
         data = self._data
         R = data.xmat[self._bodies].reshape(5, 3, 3)
-        p = data.xpos[self._bodies] + (self._centre + self._half)[:, None] * R[:, :, 2]
-        J = np.empty((5, 6, len(JOINTS)))
-        for row, body in enumerate(self._bodies):
-            mujoco.mj_jac(self._model, data, J[row, :3], J[row, 3:], p[row], body)
-        return Fingertips(p, R, J, self.rho, 2 * self._half)
+        p_W = data.xpos[self._followed]
+        p_W[:-1] += self._offset[:, None] * R[:, :, 2]
+        return p_W, R
+
+    def _jacobians(self, p_W: Array) -> Array:
+        """Jacobians (6, 6, 28) of the fingertips' frames and the palm's."""
+        return point_jacobians(p_W, self._moves, self._data.cdof, self._data.subtree_com[self._root])
 
     def palm(self, q: Array) -> tuple[Array, Array]:
         """Palm frame H at joint angles q (28,): p_WH (3,) [m] and R_WH (3, 3)."""
@@ -162,13 +173,16 @@ class RobotModel:
         M, bias = np.empty((len(JOINTS), len(JOINTS))), np.empty(len(JOINTS))
         mujoco.mj_fullM(model, data, M)
         mujoco.mj_rne(model, data, 0, bias)
-        tips = self._tips()
-        Jdot = np.empty((len(FINGERS), 6, len(JOINTS)))
-        for row, body in enumerate(self._bodies):
-            mujoco.mj_jacDot(model, data, Jdot[row, :3], Jdot[row, 3:], tips.p_WF[row], body)
-        J_palm = np.empty((6, len(JOINTS)))
-        mujoco.mj_jacBody(model, data, J_palm[:3], J_palm[3:], self._palm)
-        result = Dynamics(tips, M, bias, J_palm, Jdot @ v)
+        p_W, R = self._points()
+        J = self._jacobians(p_W)
+        Jdot_v = bias_accelerations(p_W, J, self._moves, data.cdof_dot, data.subtree_com[self._root], v)
+        result = Dynamics(
+            Fingertips(p_W[:-1], R, J[:-1], self.rho, 2 * self._half),
+            driven_mass(M, DRIVE_OF_JOINT, SELECTION.shape[1]),
+            bias @ SELECTION,
+            J[-1],
+            Jdot_v[:-1],
+        )
         self._dynamics = q, v, result
         return result
 
@@ -220,6 +234,17 @@ class RobotModel:
     def gravity(self, q: Array) -> Array:
         """N (28,) of (18): torques that hold the robot against gravity [N.m]."""
         return self.bias(q, np.zeros(len(JOINTS)))
+
+
+def _moved_by(model: mujoco.MjModel, body: int) -> Flags:
+    """Which joints (28,) move a body: its own and those of the bodies it hangs from."""
+    moved = np.zeros(len(JOINTS), dtype=bool)
+    while body:
+        first = model.body_dofadr[body]
+        if first >= 0:
+            moved[first : first + model.body_dofnum[body]] = True
+        body = model.body_parentid[body]
+    return moved
 
 
 def driven_jacobian(J: Array) -> Array:
