@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rigs.grips import PLAN, planned
 
-from turnscrew.actuate.joint_motion import JointMotion
+from turnscrew.actuate.joint_motion import consistent_inverse, joint_speeds
 from turnscrew.contact.grasp import grasp_matrix
 from turnscrew.estimate.between_ticks import BetweenTicks, JointTrack
 from turnscrew.geometry.rotations import log_so3
@@ -49,9 +49,9 @@ def rolling(omega):
     """Joint speeds with which thumb and middle finger turn the tool about its tip."""
     estimate = planned(Q, touching=TH_MF)
     J = contact_jacobian(ROBOT.fingertips(Q), ROWS, estimate.c_W[ROWS])
-    motion = JointMotion.of(SELECTION.T @ ROBOT.mass_matrix(Q) @ SELECTION, J)
+    inverse = consistent_inverse(SELECTION.T @ ROBOT.mass_matrix(Q) @ SELECTION, J)
     V = grasp_matrix(estimate.c_W[ROWS], PLAN.p_WS).T @ np.array([0, 0, 0, *omega])
-    return estimate, SELECTION @ motion.speeds(V, np.zeros(24))
+    return estimate, SELECTION @ joint_speeds(inverse, J, V, np.zeros(24))
 
 
 @pytest.mark.parametrize("omega", [(0.0, 0.0, -1.0), (0.1, -0.05, 0.0), (0.05, 0.02, -1.0)])

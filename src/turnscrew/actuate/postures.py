@@ -8,18 +8,24 @@ import numpy as np
 
 from turnscrew.geometry.arrays import Array, Rows
 from turnscrew.geometry.compiled import compiled
+from turnscrew.geometry.small import solve_positive
 from turnscrew.robot.coupling import DRIVE, DRIVEN_INDEX, SELECTION
 from turnscrew.robot.joints import ARM, COUPLED, FINGERS, HAND_FINGERS, WRIST
 from turnscrew.robot.model import Dynamics
 from turnscrew.signals import FREE, GRIP, REACH, Goal
 
-PALM = slice(0, len(ARM) + len(WRIST))
-"""Arm and wrist are the first drives."""
+CARRIERS = len(ARM) + len(WRIST)
+"""Drives of arm and wrist, which carry the palm: the first ones."""
+
+PALM = slice(0, CARRIERS)
 
 FINGER_DRIVES = [
     np.array([DRIVE[joint] for joint in HAND_FINGERS[finger] if joint not in COUPLED]) for finger in FINGERS
 ]
 """Drives of each finger, palm outwards."""
+
+JOINTS_OF_FINGER = [np.ascontiguousarray(SELECTION[:, drives]) for drives in FINGER_DRIVES]
+"""(28, n) for each finger: which joints follow which of its drives."""
 
 FINGER_OF_DRIVE = np.zeros(len(DRIVEN_INDEX), dtype=np.intp)
 """Row of the finger that a drive moves; arm and wrist, which move none alone, have 0 and are set apart."""
@@ -105,7 +111,7 @@ class Postures:
 
     def init(self, q: Array) -> Posture:
         """Postures begin where the joints are: angles (28,) [rad]."""
-        return Posture(q[DRIVEN_INDEX], np.zeros(len(DRIVEN_INDEX)), np.zeros(PALM.stop))
+        return Posture(q[DRIVEN_INDEX], np.zeros(len(DRIVEN_INDEX)), np.zeros(CARRIERS))
 
     def update(self, state: Posture, goal: Goal, dynamics: Dynamics, q: Array, dt: float) -> tuple[Posture, Array]:
         """Moves the postures on.
@@ -125,28 +131,16 @@ class Postures:
         rate = _follow(
             goal.q_free[DRIVEN_INDEX] - state.q, state.rate, roles, self.follow, self.speed, self.acceleration, dt
         )
-        rate[PALM] = self._shift(dynamics.J_palm[:, PALM], goal.v_palm)
+        if goal.v_palm.any():
+            rate[PALM] = _shift(dynamics.J_palm, goal.v_palm)
         for row in (goal.roles == REACH).nonzero()[0].tolist():
             drives = FINGER_DRIVES[row]
-            rate[drives] = self._feel(dynamics.tips.J[row, :3], drives, state.q - q, goal.approach[row])
+            ahead = (state.q - q)[drives]
+            rate[drives] = _feel(dynamics.tips.J[row], JOINTS_OF_FINGER[row], ahead, goal.approach[row], self.push)
         posture, integral = _advance(
             state.q, q, rate, roles, state.integral, self.integral_limit, self._low, self._high, dt
         )
         return Posture(posture, rate, integral), rate
-
-    def _shift(self, J: Array, v: Array) -> Array:
-        """Rates (6,) of arm and wrist that move the palm at v (3,) and do not turn it."""
-        if not v.any():
-            return np.zeros(PALM.stop)
-        return np.asarray(np.linalg.solve(J.T @ J + PALM_DAMPING * np.eye(PALM.stop), J[:3].T @ v))
-
-    def _feel(self, J: Array, drives: Rows, ahead: Array, approach: Array) -> Array:
-        """Rates of a finger that moves its tip at `approach`, until it is told too far ahead of itself."""
-        J = (J @ SELECTION)[:, drives]
-        lead = J @ ahead[drives]
-        if lead @ lead >= self.push**2:
-            return np.zeros(len(drives))
-        return np.asarray(J.T @ np.linalg.solve(J @ J.T + LEAST_LEVER**2 * np.eye(3), approach))
 
     def accelerations(self, state: Posture, goal: Goal, q: Array, v: Array, rate: Array) -> Array:
         """Accelerations (24,) that hold the joints to their postures [rad/s2]; arguments as for `update`."""
@@ -156,6 +150,31 @@ class Postures:
 
 def _two(gains: Gains) -> tuple[float, float]:
     return float(gains.kp), float(gains.kv)
+
+
+@compiled
+def _shift(J: Array, v: Array) -> Array:
+    """Rates (6,) of arm and wrist that move the palm, its Jacobian J (6, 28), at v (3,) and do not turn it [rad/s]."""
+    J = np.ascontiguousarray(J[:, :CARRIERS])
+    wanted = np.zeros((6, 1))
+    wanted[:3, 0] = v
+    return solve_positive(np.dot(J.T, J) + PALM_DAMPING * np.eye(CARRIERS), np.dot(J.T, wanted)).ravel()
+
+
+@compiled
+def _feel(J: Array, moved: Array, ahead: Array, approach: Array, push: float) -> Array:
+    """Rates (n,) of a finger that moves its tip at `approach` (3,), until it is told too far ahead of itself [rad/s].
+
+    J (6, 28) is the tip's Jacobian, `moved` (28, n) the joints that follow the finger's drives, and `ahead` (n,) what
+    these are told ahead of themselves [rad].
+    """
+    J = np.dot(J[:3], moved)
+    lead = np.dot(J, ahead)
+    if np.dot(lead, lead) >= push * push:
+        return np.zeros(len(ahead))
+    spread = np.dot(J, J.T) + LEAST_LEVER * LEAST_LEVER * np.eye(3)
+    rates: Array = np.dot(J.T, solve_positive(spread, approach.copy().reshape(3, 1))).ravel()
+    return rates
 
 
 @compiled

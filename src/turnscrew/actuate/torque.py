@@ -6,13 +6,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from turnscrew.actuate.joint_motion import JointMotion
+from turnscrew.actuate.joint_motion import consistent_inverse, joint_accelerations, joint_speeds
 from turnscrew.actuate.postures import Posture, Postures
 from turnscrew.contact.rolling_motion import contact_accelerations, contact_velocities
 from turnscrew.geometry.arrays import Array, Rows
+from turnscrew.geometry.compiled import compiled
 from turnscrew.robot.contact_jacobian import contact_bias
 from turnscrew.robot.coupling import DRIVEN_INDEX, SELECTION
-from turnscrew.robot.model import Dynamics, RobotModel
+from turnscrew.robot.model import RobotModel
 from turnscrew.robot.motors import DRIVE_LIMITS
 from turnscrew.signals import GRIP, Command, Effort, Estimate, Goal
 
@@ -71,23 +72,37 @@ class TorqueAdapter:
         q, v = estimate.q[DRIVEN_INDEX], estimate.v[DRIVEN_INDEX]
         state, rate = self.postures.update(state, goal, dynamics, q, dt)
         qddot = self.postures.accelerations(state, goal, q, v, rate)
-        M, tau = dynamics.M, dynamics.bias
         rows = (goal.roles == GRIP).nonzero()[0]
         if len(rows):
-            J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)[rows].reshape(-1, len(q))
-            motion = JointMotion.of(M, J)
-            a, V = self._contacts(effort, estimate, dynamics, rows)
-            qddot, rate = motion.accelerations(a, qddot), motion.speeds(V, rate)
-            tau = tau + effort.f_W[rows].ravel() @ J
-        tau = tau + M @ qddot + self._damping * rate
+            J, tips = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W), dynamics.tips
+            tau = _carrying(
+                dynamics.M, dynamics.bias, self._damping, J, tips.J, dynamics.Jdot_v, tips.p_WF, rows, estimate.v,
+                estimate.c_W, estimate.p_WT, estimate.R_WT, estimate.nu, effort.nu_d, effort.alpha, effort.f_W, qddot,
+                rate,
+            )  # fmt: skip
+        else:
+            tau = dynamics.bias + dynamics.M @ qddot + self._damping * rate
         within = np.minimum(np.maximum(tau, -DRIVE_LIMITS), DRIVE_LIMITS)
         return state, Command(None, tau != within, within)
 
-    def _contacts(self, effort: Effort, estimate: Estimate, dynamics: Dynamics, rows: Rows) -> tuple[Array, Array]:
-        """What (17) asks of the contact points, less `Jdot qdot` [m/s2], and their wanted velocities [m/s], (3k,)."""
-        R, p_WT, c_W = estimate.R_WT, estimate.p_WT, estimate.c_W[rows]
-        # a contact travels with the tool and over it; over it by a few mm/s, whose effect on (17) is below 1 % of alpha
-        cdot = contact_velocities(c_W, p_WT, R, estimate.nu)
-        a = contact_accelerations(c_W, cdot, p_WT, R, estimate.nu, effort.alpha)
-        bias = contact_bias(dynamics, estimate.v, rows, c_W, cdot)
-        return a - bias, contact_velocities(c_W, p_WT, R, effort.nu_d).ravel()
+
+@compiled
+def _carrying(
+    M: Array, bias: Array, damping: Array, J: Array, J_tips: Array, Jdot_v: Array, p_WF: Array, rows: Rows, v: Array,
+    c_W: Array, p_WT: Array, R_WT: Array, nu: Array, nu_d: Array, alpha: Array, f_W: Array, qddot: Array, rate: Array,
+) -> Array:  # fmt: skip
+    """Torques (24,) [N.m] while the fingers in `rows` carry the tool, and accelerations and rates (24,) of postures.
+
+    J (5, 3, 24) has the contacts' Jacobians, J_tips (5, 6, 28), Jdot_v (5, 6) and p_WF (5, 3) tell of the fingertips'
+    frames, and the rest is as the messages have it.
+    """
+    J_c, c = J[rows].reshape(-1, len(M)), c_W[rows]
+    # a contact travels with the tool and over it; over it by a few mm/s, whose effect on (17) is below 1 % of alpha
+    cdot = contact_velocities(c, p_WT, R_WT, nu)
+    a = contact_accelerations(c, cdot, p_WT, R_WT, nu, alpha)
+    a = a - contact_bias(J_tips[rows], Jdot_v[rows], p_WF[rows], v, c, cdot)
+    V = contact_velocities(c, p_WT, R_WT, nu_d).ravel()
+    inverse = consistent_inverse(M, J_c)
+    qddot, rate = joint_accelerations(inverse, J_c, a, qddot), joint_speeds(inverse, J_c, V, rate)
+    tau: Array = bias + np.dot(M, qddot) + np.dot(f_W[rows].ravel(), J_c) + damping * rate
+    return tau
