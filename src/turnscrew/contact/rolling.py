@@ -15,7 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
-from turnscrew.geometry.rotations import cross, exp_so3, skew
+from turnscrew.geometry.compiled import compiled
+from turnscrew.geometry.rotations import exp_so3, skew
+from turnscrew.geometry.small import cross
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
 
 SINGULAR = 1e-12
@@ -191,6 +193,7 @@ def closure(
     return offset, R_WT @ handle.normal(xi, eta) + R_WF @ tip.normal(u, v)
 
 
+@compiled
 def slip_velocity(c_W: Array, p_WT: Array, V_WT: Array, p_WF: Array, V_WF: Array) -> Array:
     """Velocity of the handle's material point at a contact relative to the fingertip's: zero while it rolls.
 
@@ -206,7 +209,8 @@ def slip_velocity(c_W: Array, p_WT: Array, V_WT: Array, p_WF: Array, V_WF: Array
 
     Paper: (13), left minus right side.
     """
-    return V_WT[:3] + cross(V_WT[3:], c_W - p_WT) - V_WF[:3] - cross(V_WF[3:], c_W - p_WF)
+    slip: Array = V_WT[:3] + cross(V_WT[3:], c_W - p_WT) - V_WF[:3] - cross(V_WF[3:], c_W - p_WF)
+    return slip
 
 
 def _solve_symmetric(m11: float, m12: float, m22: float, b1: float, b2: float) -> tuple[float, float, bool]:

@@ -12,13 +12,13 @@ from turnscrew.contact.grasp import weighted_grasp_matrix
 from turnscrew.control.wanted_forces import WantedForces
 from turnscrew.geometry.arrays import Array, Rows
 from turnscrew.geometry.compiled import compiled
-from turnscrew.robot.coupling import DRIVEN_INDEX
 from turnscrew.robot.joints import ARM, FINGERS
 from turnscrew.robot.model import RobotModel
 from turnscrew.robot.motors import DRIVE_LIMITS
 from turnscrew.signals import GRIP, Estimate, Goal
 
-HAND = slice(len(ARM), len(DRIVEN_INDEX))
+ARM_DRIVES = len(ARM)
+HAND = slice(ARM_DRIVES, None)
 """Drives whose torque contact forces may exhaust: the arm's has fifty times what a fingertip asks of it."""
 
 FIRST = 0.1
@@ -90,7 +90,7 @@ class OptimalDistribution:
     _room: Array = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_room", self.torque * DRIVE_LIMITS[HAND])
+        object.__setattr__(self, "_room", self.torque * DRIVE_LIMITS)
 
     def init(self) -> Shared:
         """Nothing asked for yet."""
@@ -143,14 +143,28 @@ class OptimalDistribution:
 
     def _bounds(self, state: Shared, goal: Goal, estimate: Estimate, rows: Rows) -> Bounds:
         dynamics = self.robot.dynamics(estimate.q, estimate.v)
-        J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)[rows].reshape(-1, len(DRIVEN_INDEX))
-        rest = dynamics.bias[HAND]
+        J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)
         friction, margin, least, most = _contact_bounds(
             goal.share[rows], self.friction, self.firm, state.spare * self.margin, self.least, self.first, self.most
         )
-        return Bounds(
-            friction, margin, least, most, np.ascontiguousarray(J.T[HAND]), -self._room - rest, self._room - rest
-        )
+        T, torque_least, torque_most = _torque_bounds(J, rows, dynamics.bias, self._room)
+        return Bounds(friction, margin, least, most, T, torque_least, torque_most)
+
+
+@compiled
+def _torque_bounds(J: Array, rows: Rows, bias: Array, room: Array) -> tuple[Array, Array, Array]:
+    """Torques of the hand's drives by the contact forces, (m, 3k), and their least and largest (m,) [N.m].
+
+    J (5, 3, 24) has the contacts' Jacobians, `bias` (24,) what the drives need without them, and `room` (24,) what they
+    may give.
+    """
+    T = np.empty((len(room) - ARM_DRIVES, 3 * len(rows)))
+    for drive in range(len(T)):
+        for i in range(len(rows)):
+            for axis in range(3):
+                T[drive, 3 * i + axis] = J[rows[i], axis, ARM_DRIVES + drive]
+    rest, room = bias[ARM_DRIVES:], room[ARM_DRIVES:]
+    return T, -room - rest, room - rest
 
 
 @compiled

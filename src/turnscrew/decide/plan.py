@@ -13,13 +13,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
-from turnscrew.robot.joints import COUPLED, INDEX, JOINTS, finger_joints
+from turnscrew.robot.joints import COUPLED, FINGERS, INDEX, JOINTS, finger_joints
 
 ROLLING = ("TH", "MF")
 """The fingers that turn the handle."""
 
 SUPPORTING = ("FF", "RF")
 """The fingers that hold it meanwhile; the paper's IF is FF."""
+
+PLACES = {finger: list(finger_joints(finger)) for finger in FINGERS}
+FOLLOWERS, LEADERS = [INDEX[joint] for joint in COUPLED], [INDEX[joint] for joint in COUPLED.values()]
+"""Places in a joint vector: of each finger's driven joints, and of coupled joints and those that lead them."""
 
 
 @dataclass(frozen=True)
@@ -122,9 +126,8 @@ class GaitPlan:
         q = np.zeros(len(JOINTS))
         q[: len(self.arm)] = self.arm
         for finger, angles in {**self.parked, **fingers}.items():
-            q[list(finger_joints(finger))] = angles
-        for follower, leader in COUPLED.items():
-            q[INDEX[follower]] = q[INDEX[leader]]
+            q[PLACES[finger]] = angles
+        q[FOLLOWERS] = q[LEADERS]
         return q
 
     def verify(self) -> list[str]:

@@ -11,7 +11,7 @@ from math import exp, isfinite
 
 import numpy as np
 
-from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.arrays import Array, Rows
 from turnscrew.geometry.compiled import compiled
 from turnscrew.geometry.rotations import exp_so3
 from turnscrew.geometry.small import cross, solve_positive
@@ -73,19 +73,12 @@ class BetweenTicks:
             ahead: Its age [s]: the tool is turned on by so much.
         """
         q, v = state.q - estimate.offset, state.v
-        omega_W = self._rate(q, v, estimate)
-        R_WT = exp_so3(omega_W * ahead) @ estimate.R_WT if ahead else estimate.R_WT
-        omega_T = R_WT.T @ omega_W
-        nu = np.array([0.0, 0.0, self.pitch / (2 * np.pi) * omega_T[2], *omega_T])
+        rows, omega_W = estimate.touching.nonzero()[0], np.zeros(3)
+        if len(rows) >= 2:
+            J = self.robot.contact_jacobians(q, v, estimate.c_W)
+            omega_W = _fitting_rate(J, rows, v[DRIVEN_INDEX], estimate.c_W, estimate.p_WT, self.prior)
+        R_WT, nu = _turned(estimate.R_WT, omega_W, ahead, self.pitch)
         return replace(estimate, q=q, v=v, nu=nu, R_WT=R_WT)
-
-    def _rate(self, q: Array, v: Array, estimate: Estimate) -> Array:
-        """Angular velocity (3,) of the tool in W that fits the gripping fingertips' speeds best, its tip at rest."""
-        rows = estimate.touching.nonzero()[0]
-        if len(rows) < 2:
-            return np.zeros(3)
-        J = self.robot.contact_jacobians(q, v, estimate.c_W)
-        return _fitting_rate(J[rows], v[DRIVEN_INDEX], estimate.c_W[rows], estimate.p_WT, self.prior)
 
 
 @compiled
@@ -103,14 +96,29 @@ def _smoothed(q: Array, v: Array, reading: Array, times: Array, dt: float) -> tu
 
 
 @compiled
-def _fitting_rate(J: Array, v: Array, c_W: Array, p_WT: Array, prior: float) -> Array:
-    """The omega (3,) that is least in `sum |omega x r - J v|^2 + prior |omega|^2`, with r = c - p."""
+def _fitting_rate(J: Array, rows: Rows, v: Array, c_W: Array, p_WT: Array, prior: float) -> Array:
+    """Angular velocity (3,) of the tool in W that fits the speeds of the fingertips in `rows` best, its tip at rest.
+
+    It is least in `sum |omega x r - J v|^2 + prior |omega|^2`, r = c - p, with the contacts' Jacobians J (5, 3, 24).
+    """
     A, b = prior * np.eye(3), np.zeros((3, 1))
-    for i in range(len(c_W)):
+    for i in rows:
         V, r = np.dot(J[i], v), c_W[i] - p_WT
         b[:, 0] += cross(r, V)
         for row in range(3):
             A[row, row] += r[0] * r[0] + r[1] * r[1] + r[2] * r[2]
             for column in range(3):
                 A[row, column] -= r[row] * r[column]
-    return solve_positive(A, b)[:, 0].copy()
+    return solve_positive(A, b).ravel()
+
+
+@compiled
+def _turned(R_WT: Array, omega_W: Array, ahead: float, pitch: float) -> tuple[Array, Array]:
+    """The orientation after `ahead` seconds, and the tool's velocity (6,) in T, its tip on the thread."""
+    R = np.dot(exp_so3(ahead * omega_W), R_WT)
+    nu = np.zeros(6)
+    for i in range(3):
+        for j in range(3):
+            nu[3 + i] += R[j, i] * omega_W[j]
+    nu[2] = pitch / (2.0 * np.pi) * nu[5]
+    return R, nu

@@ -1,7 +1,8 @@
 """Rotation matrices, rotation vectors and quaternions (w, x, y, z), without the overhead of general routines.
 
 These run some thousand times a second on single vectors, where NumPy's general routines cost more in
-dispatch than in arithmetic: so scalars are taken out once, and one array is made at the end.
+dispatch than in arithmetic: so the longer ones are compiled; in the others, which a call into compiled code would not
+make faster, scalars are taken out once, and one array is made at the end.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from math import atan2, sin, sqrt
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.compiled import compiled
 
 
 def skew(a: Array) -> Array:
@@ -44,6 +46,39 @@ def cross_rows(a: Array, b: Array) -> Array:
 _NEXT, _AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
+@compiled
+def _rodrigues(square: float) -> tuple[float, float]:
+    """The two factors of Rodrigues' formula for the squared angle."""
+    # Below 1e-8 rad^2 the series' next terms change the matrix by less than its rounding.
+    if square < 1e-8:
+        return 1.0 - square / 6.0, 0.5
+    angle = sqrt(square)
+    half = sin(0.5 * angle)
+    return sin(angle) / angle, 2.0 * half * half / square
+
+
+@compiled
+def _quaternion_of(R: Array) -> tuple[float, float, float, float]:
+    """Unit quaternion with w >= 0, from the largest of its four components (Shepperd), so none is lost."""
+    a, b, c = R[0, 0], R[0, 1], R[0, 2]
+    d, e, f = R[1, 0], R[1, 1], R[1, 2]
+    g, h, i = R[2, 0], R[2, 1], R[2, 2]
+    largest = max(a + e + i, a, e, i)
+    if largest == a + e + i:
+        w, x, y, z = 1.0 + a + e + i, h - f, c - g, d - b
+    elif largest == a:
+        w, x, y, z = h - f, 1.0 + a - e - i, b + d, c + g
+    elif largest == e:
+        w, x, y, z = c - g, b + d, 1.0 - a + e - i, f + h
+    else:
+        w, x, y, z = d - b, c + g, f + h, 1.0 - a - e + i
+    s = 1.0 / sqrt(w * w + x * x + y * y + z * z)
+    if w < 0.0:
+        s = -s
+    return s * w, s * x, s * y, s * z
+
+
+@compiled
 def exp_so3(phi: Array) -> Array:
     """Rotation by the angle t = |phi| about phi: `R = I + sin t / t [phi]x + (1 - cos t) / t^2 [phi]x [phi]x`.
 
@@ -53,14 +88,19 @@ def exp_so3(phi: Array) -> Array:
     Returns:
         (3, 3) rotation matrix, orthogonal to rounding.
     """
-    x, y, z = phi.tolist()
+    x, y, z = phi[0], phi[1], phi[2]
     a, b = _rodrigues(x * x + y * y + z * z)
     xx, yy, zz = b * x * x, b * y * y, b * z * z
     xy, xz, yz = b * x * y, b * x * z, b * y * z
     x, y, z = a * x, a * y, a * z
-    return np.array([[1.0 - yy - zz, xy - z, xz + y], [xy + z, 1.0 - xx - zz, yz - x], [xz - y, yz + x, 1.0 - xx - yy]])
+    R = np.empty((3, 3))
+    R[0, 0], R[0, 1], R[0, 2] = 1.0 - yy - zz, xy - z, xz + y
+    R[1, 0], R[1, 1], R[1, 2] = xy + z, 1.0 - xx - zz, yz - x
+    R[2, 0], R[2, 1], R[2, 2] = xz - y, yz + x, 1.0 - xx - yy
+    return R
 
 
+@compiled
 def log_so3(R: Array) -> Array:
     """Rotation vector of R, of length at most pi: the inverse of `exp_so3`, exact near 0 and near pi.
 
@@ -74,7 +114,9 @@ def log_so3(R: Array) -> Array:
     s = sqrt(x * x + y * y + z * z)
     # Below 1e-8 the next term of 2 atan2(s, w) / s = 2 (1 - s^2 / 3 ...) is under rounding.
     factor = 2.0 * atan2(s, w) / s if s > 1e-8 else 2.0
-    return np.array([factor * x, factor * y, factor * z])
+    phi = np.empty(3)
+    phi[0], phi[1], phi[2] = factor * x, factor * y, factor * z
+    return phi
 
 
 def matrix_from_quaternion(q: Array) -> Array:
@@ -138,31 +180,3 @@ def quaternion_conjugate(q: Array) -> Array:
     """Quaternion of the inverse rotation, (4,), for a unit quaternion (w, x, y, z)."""
     w, x, y, z = q.tolist()
     return np.array([w, -x, -y, -z])
-
-
-def _rodrigues(square: float) -> tuple[float, float]:
-    """The two factors of Rodrigues' formula for the squared angle."""
-    # Below 1e-8 rad^2 the series' next terms change the matrix by less than its rounding.
-    if square < 1e-8:
-        return 1.0 - square / 6.0, 0.5
-    angle = sqrt(square)
-    half = sin(0.5 * angle)
-    return sin(angle) / angle, 2.0 * half * half / square
-
-
-def _quaternion_of(R: Array) -> tuple[float, float, float, float]:
-    """Unit quaternion with w >= 0, from the largest of its four components (Shepperd), so none is lost."""
-    (a, b, c), (d, e, f), (g, h, i) = R.tolist()
-    largest = max(a + e + i, a, e, i)
-    if largest == a + e + i:
-        w, x, y, z = 1.0 + a + e + i, h - f, c - g, d - b
-    elif largest == a:
-        w, x, y, z = h - f, 1.0 + a - e - i, b + d, c + g
-    elif largest == e:
-        w, x, y, z = c - g, b + d, 1.0 - a + e - i, f + h
-    else:
-        w, x, y, z = d - b, c + g, f + h, 1.0 - a - e + i
-    s = 1.0 / sqrt(w * w + x * x + y * y + z * z)
-    if w < 0.0:
-        s = -s
-    return s * w, s * x, s * y, s * z

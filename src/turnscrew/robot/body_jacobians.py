@@ -12,6 +12,28 @@ from turnscrew.geometry.compiled import compiled
 
 
 @compiled
+def tip_frames(xpos: Array, xmat: Array, bodies: Rows, offset: Array) -> tuple[Array, Array]:
+    """Points that the robot's motion is told by: some way along the z axes of bodies, and the last one's origin.
+
+    Args:
+        xpos: (b, 3) origins of all bodies in W [m].
+        xmat: (b, 9) their orientations.
+        bodies: (k + 1,) which bodies count.
+        offset: (k,) ways along z, of all but the last [m].
+
+    Returns:
+        (k + 1, 3) the points in W [m], and (k, 3, 3) the orientations of all bodies but the last.
+    """
+    k = len(offset)
+    p_W, R = np.empty((k + 1, 3)), np.empty((k, 3, 3))
+    for i in range(k):
+        R[i] = xmat[bodies[i]].reshape(3, 3)
+        p_W[i] = xpos[bodies[i]] + offset[i] * R[i, :, 2]
+    p_W[k] = xpos[bodies[k]]
+    return p_W, R
+
+
+@compiled
 def point_jacobians(p_W: Array, moves: Flags, axes: Array, com: Array) -> Array:
     """How joints move points and turn the bodies they belong to.
 

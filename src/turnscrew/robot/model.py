@@ -12,7 +12,7 @@ import numpy as np
 
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.robot.arm import LINKS, add_arm
-from turnscrew.robot.body_jacobians import bias_accelerations, driven_mass, point_jacobians
+from turnscrew.robot.body_jacobians import bias_accelerations, driven_mass, point_jacobians, tip_frames
 from turnscrew.robot.contact_jacobian import contact_jacobians
 from turnscrew.robot.coupling import DRIVE_OF_JOINT, SELECTION
 from turnscrew.robot.hand import TIP_RADIUS, attach_hand, check_joint_order, torque_limit
@@ -85,9 +85,12 @@ class RobotModel:
         check_joint_order(self._model)
         self._data = mujoco.MjData(self._model)
         self._bodies = [self._model.body(name).id for name in _TIP_BODIES]
-        self._followed = [*self._bodies, int(self._model.body("palm").id)]
-        self._root = int(self._model.body_rootid[self._followed[-1]])
+        self._followed = np.array([*self._bodies, self._model.body("palm").id])
         self._moves = np.array([_moved_by(self._model, body) for body in self._followed])
+        # views of the simulator's memory, which it fills anew each time
+        self._xpos, self._xmat = self._data.xpos, self._data.xmat
+        self._axes, self._axes_rate = self._data.cdof, self._data.cdof_dot
+        self._com = self._data.subtree_com[self._model.body_rootid[self._followed[-1]]]
         capsules = [self._model.geom(f"C_{name}") for name in _TIP_BODIES]
         self._half = np.array([float(capsule.size[1]) for capsule in capsules])
         self._offset = self._half + np.array([float(capsule.pos[2]) for capsule in capsules])
@@ -116,15 +119,11 @@ class RobotModel:
 
     def _points(self) -> tuple[Array, Array]:
         """Origins (6, 3) of the fingertips' frames and of the palm's, in W [m], and R_WF (5, 3, 3)."""
-        data = self._data
-        R = data.xmat[self._bodies].reshape(5, 3, 3)
-        p_W = data.xpos[self._followed]
-        p_W[:-1] += self._offset[:, None] * R[:, :, 2]
-        return p_W, R
+        return tip_frames(self._xpos, self._xmat, self._followed, self._offset)
 
     def _jacobians(self, p_W: Array) -> Array:
         """Jacobians (6, 6, 28) of the fingertips' frames and the palm's."""
-        return point_jacobians(p_W, self._moves, self._data.cdof, self._data.subtree_com[self._root])
+        return point_jacobians(p_W, self._moves, self._axes, self._com)
 
     def palm(self, q: Array) -> tuple[Array, Array]:
         """Palm frame H at joint angles q (28,): p_WH (3,) [m] and R_WH (3, 3)."""
@@ -175,7 +174,7 @@ class RobotModel:
         mujoco.mj_rne(model, data, 0, bias)
         p_W, R = self._points()
         J = self._jacobians(p_W)
-        Jdot_v = bias_accelerations(p_W, J, self._moves, data.cdof_dot, data.subtree_com[self._root], v)
+        Jdot_v = bias_accelerations(p_W, J, self._moves, self._axes_rate, self._com, v)
         result = Dynamics(
             Fingertips(p_W[:-1], R, J[:-1], self.rho, 2 * self._half),
             driven_mass(M, DRIVE_OF_JOINT, SELECTION.shape[1]),

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.random import Generator
 
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.compiled import compiled
 from turnscrew.geometry.rotations import exp_so3
 from turnscrew.robot.joints import FINGERS
 from turnscrew.sense.sensed import Sensed
@@ -86,10 +87,7 @@ class FingertipForce:
         keep = np.exp(-dt / self.wander_time)
         kick = state.rng.normal(size=(K, 4)) * np.sqrt(1.0 - keep * keep)
         moved = ForceState(state.rng, state.constant, keep * state.wander + kick, time)
-        error = self.error(moved)
-        reading = np.empty((K, 3))
-        for i in range(K):
-            reading[i] = (1.0 + error[i, 0]) * (exp_so3(error[i, 1:]) @ f_F[i])
+        reading = _misread(f_F, self.error(moved))
         return moved, reading + state.rng.normal(0.0, self.noise, (K, 3)), None
 
     def error(self, state: ForceState) -> Array:
@@ -100,3 +98,12 @@ class FingertipForce:
         unit = self.constant_share * state.constant + (1.0 - self.constant_share) * np.hstack([gain, turn])
         bound: Array = np.array([self.magnitude_error, *[self.direction_error] * 3])
         return unit * bound
+
+
+@compiled
+def _misread(f_F: Array, error: Array) -> Array:
+    """Forces (5, 3) [N] scaled and turned by relative gains and rotation vectors (5, 4) [rad]."""
+    reading = np.empty(f_F.shape)
+    for i in range(len(f_F)):
+        reading[i] = (1.0 + error[i, 0]) * np.dot(exp_so3(error[i, 1:]), f_F[i])
+    return reading

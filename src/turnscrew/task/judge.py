@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import acos, degrees, dist, hypot, sqrt
 
 import numpy as np
 
 from turnscrew.contact.rolling import slip_velocity
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.compiled import compiled
 from turnscrew.geometry.euler import tilt
 from turnscrew.geometry.rotations import log_so3
 from turnscrew.plant.truth import Truth
@@ -44,6 +46,7 @@ class Sample:
         return Spread(rms=float(np.sqrt(self.squares / self.count)), max=float(self.largest))
 
 
+@compiled
 def pose_error(p_WT: Array, R_WT: Array, true_p_WT: Array, true_R_WT: Array) -> tuple[float, float, float]:
     """How far a pose of the tool is from the true one.
 
@@ -56,10 +59,11 @@ def pose_error(p_WT: Array, R_WT: Array, true_p_WT: Array, true_R_WT: Array) -> 
     Returns:
         Distance of the tips [m], angle between the axes and rotation about the true axis [rad].
     """
-    if not (np.isfinite(p_WT).all() and np.isfinite(R_WT).all()):
+    away = p_WT - true_p_WT
+    if not (np.isfinite(away).all() and np.isfinite(R_WT).all()):
         return np.nan, np.nan, np.nan
-    turn = true_R_WT.T @ log_so3(R_WT @ true_R_WT.T)
-    return float(np.linalg.norm(p_WT - true_p_WT)), float(np.hypot(turn[0], turn[1])), float(turn[2])
+    turn = np.dot(true_R_WT.T, log_so3(np.dot(R_WT, true_R_WT.T)))
+    return sqrt(np.dot(away, away)), hypot(turn[0], turn[1]), turn[2]
 
 
 @dataclass
@@ -82,7 +86,7 @@ class Judge:
     def watch(self, truth: Truth, tick: Tick) -> None:
         """One tick: the truth when the measurement was taken."""
         self.max_tilt = max(self.max_tilt, tilt(truth.R_WT))
-        self.tip_slip = max(self.tip_slip, float(np.linalg.norm(truth.p_WT - truth.p_WS)))
+        self.tip_slip = max(self.tip_slip, dist(truth.p_WT, truth.p_WS))
         self._in_drive = self._in_drive and truth.tip_in_drive
         if tick.goal.turn_rate != 0.0:
             self.turning += self.dt
@@ -107,27 +111,27 @@ class Judge:
                 continue
             slip = slip_velocity(truth.c_W[row], truth.p_WT, truth.V_WT, truth.p_WF[row], truth.V_WF[row])
             self._slip[row] += slip * self.dt
-            self.finger_slip = max(self.finger_slip, float(np.linalg.norm(self._slip[row])))
+            self.finger_slip = max(self.finger_slip, hypot(*self._slip[row]))
 
     def _watch_errors(self, truth: Truth, tick: Tick) -> None:
         estimate, vision = tick.estimate, tick.measurement.vision
         self._pose("refined", estimate.p_WT, estimate.R_WT, truth)
         if vision is not None:
             self._pose("raw", vision.p_WT, vision.R_WT, truth)
-        self._sample("wrench.force", float(np.linalg.norm(estimate.F_s[:3] - truth.F_s[:3])))
+        self._sample("wrench.force", dist(estimate.F_s[:3], truth.F_s[:3]))
         self._sample("wrench.torque", float(estimate.F_s[5] - truth.F_s[5]))
         for row in np.flatnonzero(truth.touching & estimate.touching):
             f, g = truth.f_W[row], estimate.f_W[row]
-            size, other = float(np.linalg.norm(f)), float(np.linalg.norm(g))
+            size, other = hypot(*f), hypot(*g)
             self._sample("force.magnitude", other - size)
             if size > 0.5 and other > 0.5:
-                self._sample("force.direction", float(np.arccos(np.clip(f @ g / (size * other), -1.0, 1.0))))
+                self._sample("force.direction", acos(min(max(float(f @ g) / (size * other), -1.0), 1.0)))
 
     def _pose(self, name: str, p_WT: Array, R_WT: Array, truth: Truth) -> None:
         position, lean, turn = pose_error(p_WT, R_WT, truth.p_WT, truth.R_WT)
         self._sample(f"{name}.position", position * 1e3)
-        self._sample(f"{name}.tilt", np.degrees(lean))
-        self._sample(f"{name}.yaw", np.degrees(turn))
+        self._sample(f"{name}.tilt", degrees(lean))
+        self._sample(f"{name}.yaw", degrees(turn))
 
     def _sample(self, name: str, value: float) -> None:
         self.samples.setdefault(name, Sample()).add(value)
