@@ -103,6 +103,7 @@ def fasten(
 def _watched(scenario: Scenario, out: Path, *, quiet: bool) -> Summary:
     from rich.console import Console
 
+    from turnscrew.geometry.compiled import on_translation
     from turnscrew.show.progress import ProgressView
     from turnscrew.task.fasten import fasten as run
 
@@ -110,6 +111,7 @@ def _watched(scenario: Scenario, out: Path, *, quiet: bool) -> Summary:
         if quiet:
             return run(scenario, out)
         with ProgressView(Console()) as view:
+            on_translation(view.tell_of_translation)
             return run(scenario, out, on_progress=view.show, on_planning=view.tell)
     except KeyboardInterrupt:
         print(f"turnscrew: interrupted; the record up to here is in {out}", file=sys.stderr)

@@ -12,8 +12,11 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from numba import njit
+from numba.core import event
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+COMPILING = "numba:compile"
 
 _newest: dict[int, float] = {}
 """Of each compiled function, when its source or that of anything compiled that it calls last changed."""
@@ -36,6 +39,25 @@ def compiled(function: Function) -> Function:
     _newest[id(kernel)] = newest
     _forget(kernel, source, function, newest)
     return cast(Function, kernel)
+
+
+def on_translation(tell: Callable[[], None]) -> None:
+    """Calls `tell` once, before this process translates anything; what is on disk already costs nothing to load."""
+    event.register(COMPILING, _Once(tell))  # type: ignore[no-untyped-call]
+
+
+class _Once(event.Listener):  # type: ignore[misc]
+    """Hears of the first translation and of no other."""
+
+    def __init__(self, tell: Callable[[], None]) -> None:
+        self.tell = tell
+
+    def on_start(self, event_: Any) -> None:
+        event.unregister(COMPILING, self)  # type: ignore[no-untyped-call]
+        self.tell()
+
+    def on_end(self, event_: Any) -> None:
+        """Not listened for."""
 
 
 def _forget(kernel: Any, source: Path, function: Callable[..., Any], newest: float) -> None:

@@ -44,6 +44,14 @@ class ProgressView:
             self._told = True
             self._console.print("planning the gait for this handle (up to a minute; it is kept)", soft_wrap=True)
 
+    def tell_of_translation(self) -> None:
+        """Says why nothing moves for a while."""
+        what = "making machine code of the numerical functions (once on this machine, up to a minute)"
+        if self._live is not None:
+            self._live.update(what)
+        else:
+            self._console.print(what, soft_wrap=True)
+
     def __enter__(self) -> ProgressView:
         if self._live is not None:
             self._live.start()
