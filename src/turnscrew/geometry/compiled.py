@@ -46,7 +46,7 @@ def on_translation(tell: Callable[[], None]) -> None:
     event.register(COMPILING, _Once(tell))  # type: ignore[no-untyped-call]
 
 
-class _Once(event.Listener):  # type: ignore[misc]
+class _Once(event.Listener):
     """Hears of the first translation and of no other."""
 
     def __init__(self, tell: Callable[[], None]) -> None:
