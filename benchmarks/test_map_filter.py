@@ -63,8 +63,8 @@ def test_one_correction(benchmark, cases, fingers):
 
     benchmark.pedantic(one, rounds=100, iterations=10, warmup_rounds=2)
     benchmark.extra_info["median_ms"] = benchmark.stats.stats.median * 1e3
-    # twice the aim, for a machine that is shared
-    assert benchmark.stats.stats.median < 0.6e-3
+    # the aim, which leaves a shared machine a factor of two to three
+    assert benchmark.stats.stats.median < 0.3e-3
 
 
 @pytest.mark.benchmark(group="one tick", timer=process_time)
@@ -78,3 +78,5 @@ def test_a_tick_without_a_frame(benchmark):
     for earlier in calls[1:150]:
         state, _ = block.update(state, *earlier, DT)
     benchmark.pedantic(lambda: block.update(state, *now, DT), rounds=100, iterations=10, warmup_rounds=2)
+    # .22 ms on a shared machine, and as much again for one that is busier
+    assert benchmark.stats.stats.median < 0.45e-3

@@ -4,15 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rigs.estimation import DT, P_WS, ROBOT, contact, gait, instances
+from rigs.estimation import DT, HANDLE, P_WS, ROBOT, contact, gait, instances
 
 from turnscrew.estimate.correction import Corrector
 from turnscrew.estimate.filter_state import HAND, OFFSET_COLUMNS, OFFSET_JOINTS, SEEN, SIZE, FilterState, Prior
 from turnscrew.estimate.gated_step import Rows, stacked
-from turnscrew.estimate.handle_contacts import capsules_of
+from turnscrew.estimate.handle_contacts import capsules_of, handle_contacts
 from turnscrew.estimate.odometry import STILL, Rolled, RollingOdometry
 from turnscrew.estimate.tool_filter import ToolFilter
 from turnscrew.estimate.trail import Pose, Seen
+from turnscrew.geometry.closest import closest_table, sizes_of
 from turnscrew.geometry.rotations import exp_so3, log_so3
 from turnscrew.robot.joints import INDEX
 
@@ -33,7 +34,8 @@ def frame(p_WT: np.ndarray, R_WT: np.ndarray) -> Seen:
 
 def rows_at(state: FilterState, reading: np.ndarray) -> Rows:
     tips = ROBOT.fingertips(reading - state.joint_offset())
-    points = [contact(tips, i, state.p_WT, state.R_WT) for i in range(4)]
+    sizes = sizes_of(capsules_of(tips))[:4]
+    points = closest_table(HANDLE, sizes, state.p_WT, state.R_WT, tips.p_WF[:4], tips.R_WF[:4])
     J = tips.J[:4].take(OFFSET_COLUMNS, axis=2)
     return ToolFilter().contact_rows(state, state.P, points, tips.p_WF[:4], J, np.zeros(4))
 
@@ -93,7 +95,7 @@ def test_covariance_is_honest_over_a_thousand_robots(fingers: int) -> None:
 
 def test_thumb_and_finger_alone_leave_the_handle_free_to_slide_around_them() -> None:
     f, state, tips = ToolFilter(), replace(exact(), R_WT=TWO.R_WT), ROBOT.fingertips(TWO.q)
-    points = [contact(tips, i, TWO.p_WT, TWO.R_WT) for i in (0, 2)]
+    points = handle_contacts(HANDLE, 0.0, capsules_of(tips), tips, TWO.p_WT, TWO.R_WT).table[[0, 2]]
     J = tips.J[[0, 2]].take(OFFSET_COLUMNS, axis=2)
     P = np.zeros((SIZE, SIZE))
     P[3:6, 3:6] = np.eye(3) * 0.004**2

@@ -12,14 +12,17 @@ the load goes on, and there may be moments without load: this tells the d_i from
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import exp
 
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.compiled import compiled
 from turnscrew.robot.joints import FINGERS
 
 BIASES = slice(2, 2 + len(FINGERS))
 SIZE = BIASES.stop
+_BIASES = BIASES.start
 DIRECTION_SHARE = 0.32
 """Standard deviation of a reading's direction about one axis, over the bound of its error: `.6 / sqrt(5)` from a
 constant part drawn in a ball of .6 of the bound, .18 from a part that wanders within the rest."""
@@ -36,6 +39,70 @@ class LoadState:
 
     x: Array
     P: Array
+
+
+@compiled
+def _forgotten(P: Array, keep: float, drift: float, bias: float) -> Array:
+    """Covariance a tick later: the offset walks by a variance `drift`, each d_i keeps a share and stays of `bias`."""
+    after = P.copy()
+    for i in range(SIZE):
+        for j in range(SIZE):
+            after[i, j] *= (keep if i >= _BIASES else 1.0) * (keep if j >= _BIASES else 1.0)
+    after[0, 0] += drift
+    for i in range(_BIASES, SIZE):
+        after[i, i] += bias * (1.0 - keep * keep)
+    return after
+
+
+@compiled
+def _joseph(P: Array, H: Array, gain: Array, noise: float) -> Array:
+    """`(1 - g H) P (1 - g H)^T + noise g g^T`: right for any gain."""
+    left = P.copy()
+    for j in range(SIZE):
+        told = 0.0
+        for k in range(SIZE):
+            told += H[k] * P[k, j]
+        for i in range(SIZE):
+            left[i, j] -= gain[i] * told
+    after = left.copy()
+    for i in range(SIZE):
+        told = 0.0
+        for k in range(SIZE):
+            told += left[i, k] * H[k]
+        for j in range(SIZE):
+            after[i, j] += noise * gain[i] * gain[j] - told * gain[j]
+    return after
+
+
+@compiled
+def _updated(
+    x: Array, P: Array, y: float, h: Array, angle: float, keep: float, drift: float, bias: float,
+    noise: float, surprise: float, loaded: bool, learns: bool,
+) -> tuple[Array, Array]:  # fmt: skip
+    """`BiasedLoad.update`, all but the first arguments variances: drift in a tick, of a d_i, of a reading."""
+    x, H, PH, gain = x.copy(), np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE)
+    if loaded:
+        H[0], H[1] = 1.0, angle
+    P = _forgotten(P, keep, drift if loaded else 0.0, bias)
+    innovation, S = y, noise
+    for i in range(_BIASES, SIZE):
+        x[i] *= keep
+        H[i] = h[i - _BIASES]
+    for i in range(SIZE):
+        innovation -= H[i] * x[i]
+        for k in range(SIZE):
+            PH[i] += P[i, k] * H[k]
+        S += H[i] * PH[i]
+    if loaded and innovation * innovation > surprise * S:
+        more = innovation * innovation / surprise - S
+        P[0, 0] += more
+        PH[0] += more
+        S += more
+    for i in range(SIZE):
+        # a slope that is not learned keeps its mean and its variance, and its doubt still counts in S
+        gain[i] = PH[i] / S if learns or i != 1 else 0.0
+        x[i] += gain[i] * innovation
+    return x, _joseph(P, H, gain, noise)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,26 +154,8 @@ class BiasedLoad:
             loaded: Whether there is a load at all; where there is none, s is known to be zero.
             learns: Whether the slope may be learned now.
         """
-        keep = np.exp(-dt / self.memory)
-        fade = np.ones(SIZE)
-        fade[BIASES] = keep
-        x, P = fade * state.x, state.P * (fade[:, None] * fade)
-        noise = np.zeros(SIZE)
-        noise[BIASES] = self.bias_sigma**2 * (1.0 - keep * keep)
-        noise[0] = self.drift**2 * dt * loaded
-        P.flat[:: SIZE + 1] += noise
-        H = np.array([float(loaded), angle * loaded, *h])
-        innovation = y - float(H @ x)
-        PH = P @ H
-        S = float(H @ PH) + self.noise**2
-        if loaded and innovation**2 > self.surprise * S:
-            more = innovation**2 / self.surprise - S
-            P[0, 0] += more
-            PH[0] += more
-            S += more
-        gain = PH / S
-        if not learns:
-            # a slope that is not learned keeps its mean and its variance, and its doubt still counts in S
-            gain[1] = 0.0
-        A = np.eye(SIZE) - gain[:, None] * H
-        return LoadState(x + gain * innovation, A @ P @ A.T + self.noise**2 * (gain[:, None] * gain))
+        x, P = _updated(
+            state.x, state.P, y, h, angle, exp(-dt / self.memory), self.drift**2 * dt, self.bias_sigma**2,
+            self.noise**2, self.surprise, loaded, learns,
+        )  # fmt: skip
+        return LoadState(x, P)

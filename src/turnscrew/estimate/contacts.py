@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
 from turnscrew.geometry.arrays import Array, Flags
+from turnscrew.geometry.compiled import compiled
 from turnscrew.robot.joints import FINGERS
 
 
@@ -26,6 +28,23 @@ class TouchState:
     f_W: Array
     touching: Flags
     pressing: Flags
+
+
+@compiled
+def _touched(
+    level: Array, f_W: Array, touching: Flags, f_F: Array, R_WF: Array, gain: float, on: float, off: float
+) -> tuple[Array, Array, Flags, Flags]:
+    """`TouchDetector.update`: level, f_W, touching and pressing after a reading, `gain` the low-passes' share of it."""
+    level, f_W, touching, pressing = level.copy(), f_W.copy(), touching.copy(), touching.copy()
+    for i in range(len(level)):
+        x, y, z = f_F[i, 0], f_F[i, 1], f_F[i, 2]
+        now = sqrt(x * x + y * y + z * z)
+        level[i] += gain * (now - level[i])
+        for j in range(3):
+            f_W[i, j] += gain * (R_WF[i, j, 0] * x + R_WF[i, j, 1] * y + R_WF[i, j, 2] * z - f_W[i, j])
+        touching[i] = level[i] > (off if touching[i] else on)
+        pressing[i] = touching[i] and now > off
+    return level, f_W, touching, pressing
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +77,4 @@ class TouchDetector:
             dt: Time since the last reading [s].
         """
         gain = dt / (self.time + dt)
-        f_W = (R_WF @ f_F[:, :, None])[:, :, 0]
-        now = np.sqrt((f_F * f_F).sum(axis=1))
-        level = state.level + gain * (now - state.level)
-        touching = np.where(state.touching, level > self.off, level > self.on)
-        return TouchState(level, state.f_W + gain * (f_W - state.f_W), touching, touching & (now > self.off))
+        return TouchState(*_touched(state.level, state.f_W, state.touching, f_F, R_WF, gain, self.on, self.off))

@@ -17,9 +17,9 @@ from turnscrew.estimate.gated_step import Rows, gated_step, stacked
 from turnscrew.estimate.tool_filter import ToolFilter
 from turnscrew.estimate.trail import Seen
 from turnscrew.geometry.arrays import Array, Flags
-from turnscrew.geometry.closest import ClosestPoints, closest_points
+from turnscrew.geometry.closest import CONTACT, ON_PATCH, closest_table, sizes_of
+from turnscrew.geometry.compiled import compiled
 from turnscrew.geometry.profiles import Capsule
-from turnscrew.geometry.rotations import skew
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
 
 if TYPE_CHECKING:
@@ -35,6 +35,9 @@ by way^2 / (2 (R + r)), .08 mm here, a quarter of a contact's noise."""
 
 MAX_STEPS = 5
 """Two are the rule from 3 deg of doubt, one from then on.  More are for a handle that the fingers can slide around."""
+
+
+_THETA, _TIP, _OFFSETS, _HAND = THETA.start, TIP.start, OFFSETS.start, OFFSETS.stop
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +68,7 @@ class _Held(NamedTuple):
 
     Attributes:
         rows: Their rows among all five.
-        capsules: Patches.
+        sizes: (k, 2) of their capsules [m].
         p_WF: (k, 3) centres in W [m].
         R_WF: (k, 3, 3) orientations.
         J: (k, 6, 17) Jacobians by the joints with offset states.
@@ -73,7 +76,7 @@ class _Held(NamedTuple):
     """
 
     rows: tuple[int, ...]
-    capsules: tuple[Capsule, ...]
+    sizes: Array
     p_WF: Array
     R_WF: Array
     J: Array
@@ -130,16 +133,15 @@ class Corrector:
         self, state: FilterState, tips: Fingertips, capsules: tuple[Capsule, ...], touching: Flags, force: Array
     ) -> tuple[FilterState, tuple[int, ...], int]:
         """Takes in the contacts of some fingers; also which were believed, and in how many steps."""
-        near = {
-            i: self._closest(state, capsules[i], tips.p_WF[i], tips.R_WF[i]) for i in np.flatnonzero(touching).tolist()
-        }
-        which = [i for i, point in near.items() if point.on_patch]
-        if not which:
+        sizes = sizes_of(capsules)
+        points = closest_table(self.handle, sizes, state.p_WT, state.R_WT, tips.p_WF, tips.R_WF)
+        which = np.flatnonzero(touching & (points[:, ON_PATCH] > 0.0))
+        if not len(which):
             return state, (), 0
-        points = [near[i] for i in which]
+        points = points[which]
         held = _Held(
-            tuple(which),
-            tuple(capsules[i] for i in which),
+            tuple(which.tolist()),
+            sizes[which],
             tips.p_WF[which],
             tips.R_WF[which],
             tips.J[which].take(OFFSET_COLUMNS, axis=2),
@@ -153,16 +155,13 @@ class Corrector:
             here = state.corrected(step.error, step.P)
             # how far the contacts may slide, once they have told of each other; the weights must come to rest
             spread = step.P if steps == 1 else spread
-            if steps == MAX_STEPS or _way(step.error - error, here.p_WT, points) < STRAIGHT:
+            if steps == MAX_STEPS or _way(step.error, error, here.p_WT, points) < STRAIGHT:
                 break
             error = step.error
-            p_WF, R_WF = _moved(held, error[OFFSETS])
-            points = [self._closest(here, c, p, R) for c, p, R in zip(held.capsules, p_WF, R_WF, strict=True)]
+            p_WF, R_WF = _moved(held.p_WF, held.R_WF, held.J, error[OFFSETS])
+            points = closest_table(self.handle, held.sizes, here.p_WT, here.R_WT, p_WF, R_WF)
         believed = tuple(i for i, good in zip(held.rows, step.verdict.accepted, strict=True) if good)
         return here, believed, steps
-
-    def _closest(self, state: FilterState, capsule: Capsule, p_WF: Array, R_WF: Array) -> ClosestPoints:
-        return closest_points(self.handle, capsule, state.p_WT, state.R_WT, p_WF, R_WF)
 
     def _restart(self, state: FilterState, seen: Seen) -> FilterState:
         """The camera's pose with the prior's doubt; the constants, which did not change, are kept."""
@@ -176,21 +175,33 @@ class Corrector:
         return replace(state, p_WT=seen.pose.p_WT, R_WT=seen.pose.R_WT, seen_W=np.zeros(6), P=P)
 
 
-_SKEW = np.array([skew(e).ravel() for e in np.eye(3)])
-
-
-def _way(change: Array, p_WT: Array, points: list[ClosestPoints]) -> float:
+@compiled
+def _way(error: Array, then: Array, p_WT: Array, points: Array) -> float:
     """How far a change of the errors (37,) moves handle or fingertips at the contacts, at most [m]."""
-    lever = points[0].c_W - p_WT
-    turn, shift, bend = change[THETA], change[TIP], change[OFFSETS]
+    lever, turn, shift, bend = 0.0, 0.0, 0.0, 0.0
+    for i in range(3):
+        lever += (points[0, CONTACT + i] - p_WT[i]) ** 2
+        turn += (error[_THETA + i] - then[_THETA + i]) ** 2
+        shift += (error[_TIP + i] - then[_TIP + i]) ** 2
+    for i in range(_OFFSETS, _HAND):
+        bend += (error[i] - then[i]) ** 2
     # all contacts are about as high; no joint of the hand is farther than .1 m from its fingertip
-    way = sqrt(float(turn @ turn) * float(lever @ lever)) + sqrt(float(shift @ shift))
-    return way + 0.1 * sqrt(float(bend @ bend))
+    return sqrt(turn * lever) + sqrt(shift) + 0.1 * sqrt(bend)
 
 
-def _moved(held: _Held, offset: Array) -> tuple[Array, Array]:
+@compiled
+def _moved(p_WF: Array, R_WF: Array, J: Array, offset: Array) -> tuple[Array, Array]:
     """Fingertips (k, 3) and (k, 3, 3) after `offset` (17,) more has been taken off the readings [rad]."""
-    motion = -(held.J @ offset)
-    # one step is .02 rad at most, whose square is 4 micrometres at 20 mm
-    turn = (motion[:, 3:] @ _SKEW).reshape(-1, 3, 3)
-    return held.p_WF + motion[:, :3], held.R_WF + turn @ held.R_WF
+    p, R = p_WF.copy(), R_WF.copy()
+    for i in range(len(p)):
+        turn = np.zeros(3)
+        for k in range(len(offset)):
+            for j in range(3):
+                p[i, j] -= J[i, j, k] * offset[k]
+                turn[j] -= J[i, 3 + j, k] * offset[k]
+        # one step is .02 rad at most, whose square is 4 micrometres at 20 mm
+        for j in range(3):
+            R[i, 0, j] += turn[1] * R_WF[i, 2, j] - turn[2] * R_WF[i, 1, j]
+            R[i, 1, j] += turn[2] * R_WF[i, 0, j] - turn[0] * R_WF[i, 2, j]
+            R[i, 2, j] += turn[0] * R_WF[i, 1, j] - turn[1] * R_WF[i, 0, j]
+    return p, R

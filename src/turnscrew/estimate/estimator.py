@@ -21,14 +21,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from turnscrew.contact.grasp import grasp_matrix
 from turnscrew.estimate.contacts import TouchDetector
 from turnscrew.estimate.correction import Corrector
 from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.estimate.filter_state import FilterState, Prior, pose_covariance
 from turnscrew.estimate.finger_force import FingerForceState, ForceFromTorque
 from turnscrew.estimate.handle_contacts import HandleContacts, capsules_of, handle_contacts
-from turnscrew.estimate.joint_smoothing import JointSmoother
+from turnscrew.estimate.joint_smoothing import JointSmoother, JointState
 from turnscrew.estimate.odometry import RollingOdometry
 from turnscrew.estimate.pose_refine import PoseRefiner, Refinement
 from turnscrew.estimate.readings import filled, is_pose
@@ -169,26 +168,26 @@ class ToolEstimator:
         Returns:
             The new state and the estimate.
         """
-        measurement = filled(measurement, state.read)
-        state = replace(state, read=measurement)
-        joints, q, v = self.joints.update(state.joints, measurement.q, measurement.v, motion, dt)
-        measurement = replace(measurement, q=q, v=v)
-        state, rolled = self._predict(replace(state, joints=joints), measurement, dt)
+        read = filled(measurement, state.read)
+        joints, q, v = self.joints.update(state.joints, read.q, read.v, motion, dt)
+        measurement = replace(read, q=q, v=v)
+        state, rolled = self._predict(state, read, joints, measurement, dt)
         if measurement.vision is not None or state.since_correction >= self.correction_period:
             state = self._correct(state, measurement)
-        state = replace(state, angle=self.angle.update(state.angle, yaw(state.filter.R_WT), rolled, dt))
-        return self._conclude(state, measurement, dt)
+        return self._conclude(state, measurement, rolled, dt)
 
     def _contacts(self, f: FilterState, tips: Fingertips, capsules: tuple[Capsule, ...]) -> HandleContacts:
         return handle_contacts(self.handle, f.radius_error, capsules, tips, f.p_WT, f.R_WT)
 
-    def _predict(self, state: EstimatorState, measurement: Measurement, dt: float) -> tuple[EstimatorState, float]:
+    def _predict(
+        self, state: EstimatorState, read: Measurement, joints: JointState, measurement: Measurement, dt: float
+    ) -> tuple[EstimatorState, float]:
         """Touch flags, odometry and the filter's prediction; also what odometry says of the yaw's change."""
         f = state.filter
         tips = self.fingertips(measurement.q - f.joint_offset())
         gauged, f_F = self._forces(state, measurement, tips, dt)
         touch = self.touch.update(state.touch, f_F, tips.R_WF, dt)
-        weight = np.where(touch.touching, touch.level, 0.0)
+        weight = touch.level * touch.touching
         rolled = self.odometry.increment(state.tips, tips, state.contacts.tip_W, weight, f.p_WT, f.R_WT)
         rolled = rolled.slowed(f.slide, f.R_WT[:, 2])
         dtheta = rolled.dtheta
@@ -200,6 +199,8 @@ class ToolEstimator:
         f = self.filter.predict(f, rolled, dp, float(omega_T[2]), reach, int(touch.touching.sum()) >= 2, dt)
         moved = replace(
             state,
+            read=read,
+            joints=joints,
             filter=f,
             gauged=gauged,
             f_F=f_F,
@@ -227,16 +228,16 @@ class ToolEstimator:
         # the drives also move and brake the finger itself: what is left of that is no touch where no handle is
         return gauged, f_F * (state.contacts.gap < self.reach)[:, None]
 
-    def _screw(self, state: EstimatorState) -> Array:
-        """The drive's bottom centre as said, advanced along the thread by the screw's angle."""
-        sunk: Array = np.array([0.0, 0.0, self.wrench.advance(-state.angle.theta)])
+    def _screw(self, theta: float) -> Array:
+        """The drive's bottom centre as said, advanced along the thread by the screw's angle [rad]."""
+        sunk: Array = np.array([0.0, 0.0, self.wrench.advance(-theta)])
         return self.p_WS + sunk
 
     def _correct(self, state: EstimatorState, measurement: Measurement) -> EstimatorState:
         """The filter's correction, then III-A at what it gave."""
         frame = measurement.vision
         seen = None if frame is None else state.trail.to_now(frame)
-        said = self._screw(state)
+        said = self._screw(state.angle.theta)
         corrector = Corrector(self.handle, self.filter, self.prior)
         refused = state.correction.refused if state.correction is not None else 0
         touch, began = state.touch, thread_time()
@@ -287,29 +288,30 @@ class ToolEstimator:
             return "late"
         return "taken" if state.correction.vision else "refused"
 
-    def _conclude(self, state: EstimatorState, measurement: Measurement, dt: float) -> tuple[EstimatorState, Estimate]:
-        """Tip wrench and message."""
+    def _conclude(
+        self, state: EstimatorState, measurement: Measurement, rolled: float, dt: float
+    ) -> tuple[EstimatorState, Estimate]:
+        """Screw angle, tip wrench and message."""
         f, contacts, touching = state.filter, state.contacts, state.touch.touching
-        R_WT = self._orientation(state)
-        nu = np.concatenate([[0.0, 0.0, self.wrench.advance(float(state.omega_T[2]))], state.omega_T])
+        R_WT, offset = self._orientation(state), f.joint_offset()
+        angle = self.angle.update(state.angle, yaw(f.R_WT), rolled, dt)
+        nu = np.array([0.0, 0.0, self.wrench.advance(float(state.omega_T[2])), *state.omega_T.tolist()])
         f_W = state.touch.f_W * touching[:, None]
-        F_W = grasp_matrix(contacts.c_W, f.p_WT) @ f_W.ravel()
-        F_h = np.concatenate([R_WT.T @ F_W[:3], R_WT.T @ F_W[3:]])
-        squeeze = np.maximum(-(f_W * contacts.n_W).sum(axis=1), 0.0)
+        F_h, squeeze = contacts.load(f_W, f.p_WT, R_WT)
         radius = self.handle.meridian(0.5 * sum(self.handle.domain)).r + f.radius_error
-        wrench, F_s = self.wrench.update(state.wrench, F_h, squeeze, radius, R_WT, nu, state.angle.theta, dt)
+        wrench, F_s = self.wrench.update(state.wrench, F_h, squeeze, radius, R_WT, nu, angle.theta, dt)
         slip, tip_slip = self._slip(state, measurement, dt)
         estimate = Estimate(
             time=measurement.time,
-            q=measurement.q - f.joint_offset(),
+            q=measurement.q - offset,
             v=measurement.v,
-            offset=f.joint_offset(),
+            offset=offset,
             p_WT=f.p_WT,
             R_WT=R_WT,
             nu=nu,
             radius=radius,
-            p_WS=self._screw(state) + f.b_W,
-            theta=state.angle.theta,
+            p_WS=self._screw(angle.theta) + f.b_W,
+            theta=angle.theta,
             touching=touching,
             f_W=f_W,
             c_W=contacts.c_W,
@@ -326,7 +328,7 @@ class ToolEstimator:
             p_WT_refined=state.polished.p_WT,
             R_WT_refined=state.polished.R_WT,
         )
-        return replace(state, wrench=wrench, slip=slip), estimate
+        return replace(state, angle=angle, wrench=wrench, slip=slip), estimate
 
     def _slip(self, state: EstimatorState, measurement: Measurement, dt: float) -> tuple[SlipState, float]:
         """Tests for a slip, on the readings as they come and on this tick's camera frame."""

@@ -9,6 +9,7 @@ which is smoothed, and a motion as wanted comes through without lag.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -65,15 +66,18 @@ class JointSmoother:
             The new state, and q and v smoothed; the fingers' speeds stay as read, for a finger follows a sudden command
             some 10 ms late, and what it has not done yet would be taken for a force.
         """
-        take = -np.expm1(-dt / self._times())
+        take = _shares(self.arm, self.wrist, self.finger, dt)
         wanted = motion[:PALM] / dt
         ahead = state.q + motion
         lead = state.lead + take[:PALM] * (v[:PALM] - wanted - state.lead)
         state = JointState(ahead + take * (q - ahead), lead)
         return state, state.q, np.concatenate([wanted + lead, v[PALM:]])
 
-    def _times(self) -> Array:
-        times = np.full(len(JOINTS), self.finger)
-        times[:PALM] = self.wrist
-        times[: len(ARM)] = self.arm
-        return times
+
+@lru_cache(maxsize=16)
+def _shares(arm: float, wrist: float, finger: float, dt: float) -> Array:
+    """(28,) share 1 - a of a new reading."""
+    times = np.full(len(JOINTS), finger)
+    times[:PALM] = wrist
+    times[: len(ARM)] = arm
+    return -np.expm1(-dt / times)

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from turnscrew.estimate.filter_state import OFFSET_COLUMNS
+from turnscrew.estimate.least_turn import least_turn
 from turnscrew.geometry.arrays import Array
-from turnscrew.geometry.rotations import skew
 
 if TYPE_CHECKING:
     from turnscrew.robot.model import Fingertips
@@ -45,10 +45,6 @@ class Rolled(NamedTuple):
         """The same with a share of the rotation about an axis (3,) lost."""
         return self._replace(dtheta=self.dtheta - share * float(axis @ self.dtheta) * axis)
 
-
-_EYE = np.eye(3)
-
-_SKEW = np.array([skew(e).ravel() for e in _EYE])
 
 STILL = Rolled(np.zeros(3), np.zeros((3, 3)), np.zeros((3, len(OFFSET_COLUMNS))))
 
@@ -89,44 +85,8 @@ class RollingOdometry:
         Returns:
             The rotation, and what errors of the fingertips make of it.
         """
-        total = float(weight.sum())
-        if total <= 0.0:
-            return STILL
-        turn = after.R_WF @ before.R_WF.transpose(0, 2, 1)
-        moved = after.p_WF + (turn @ (c_W - before.p_WF)[:, :, None])[:, :, 0] - c_W
-        lever = c_W - p_WT
-        # The mean weight is one, so that the prior does not fade when the grip is strong.
-        w = weight * (np.count_nonzero(weight) / total / self.slip_speed**2)
-        pulled = lever * w[:, None]
-        S, L = pulled.T @ moved, pulled.T @ lever
-        tilt, yaw = self.tilt_rate**-2, self.yaw_rate**-2
-        z = R_WT[:, 2]
-        A = (L[0, 0] + L[1, 1] + L[2, 2] + tilt) * _EYE - L + (yaw - tilt) * (z[:, None] * z)
-        inverse = np.linalg.inv(A)
-        dtheta = inverse @ np.array([S[1, 2] - S[2, 1], S[2, 0] - S[0, 2], S[0, 1] - S[1, 0]])
-        held = np.flatnonzero(weight)
-        if len(held) > 2:
-            missed = moved[held] - lever[held] @ skew(dtheta).T
-            strays = (missed * missed).sum(axis=1)
-            if strays.max() > self.stray**2:
-                others = weight.copy()
-                others[held[strays.argmax()]] = 0.0
-                return self.increment(before, after, c_W, others, p_WT, R_WT)
-        carry = inverse @ _skews(pulled[held])
-        arm, swung = c_W[held] - before.p_WF[held], moved[held] + c_W[held] - after.p_WF[held]
-        then, now = _moves(before.J[held], arm), _moves(after.J[held], swung)
-        per_offset = (carry @ (now - then - skew(dtheta) @ then)).sum(axis=0)
-        return Rolled(dtheta, carry.sum(axis=0), per_offset)
-
-
-def _skews(a: Array) -> Array:
-    """Matrices (k, 3, 3) of the cross products with vectors a (k, 3)."""
-    skews: Array = (a @ _SKEW).reshape(-1, 3, 3)
-    return skews
-
-
-def _moves(J: Array, arm: Array) -> Array:
-    """Jacobians (k, 3, 17) of points at `arm` (k, 3) from the origins that J (k, 6, 28) is of, by the offset joints."""
-    J = J.take(OFFSET_COLUMNS, axis=2)
-    moves: Array = J[:, :3] - _skews(arm) @ J[:, 3:]
-    return moves
+        dtheta, per_shift, per_offset = least_turn(
+            before.p_WF, before.R_WF, before.J, after.p_WF, after.R_WF, after.J, c_W, weight, p_WT, R_WT,
+            self.slip_speed, self.tilt_rate, self.yaw_rate, self.stray,
+        )  # fmt: skip
+        return Rolled(dtheta, per_shift, per_offset)

@@ -27,11 +27,12 @@ tip moves contacts by .1 mm, no more than the encoders' noise.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import log
+from math import exp, inf, log, sqrt
 
 import numpy as np
 
 from turnscrew.estimate.biased_load import DIRECTION_SHARE
+from turnscrew.estimate.slip_steps import firmness, held_force, net_force
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.robot.joints import FINGERS
 
@@ -157,32 +158,25 @@ class TipSlip:
         Returns:
             The new state, and the signal: the largest CUSUM over its threshold, so that 1 is an alarm.
         """
-        size = np.sqrt((f_W * f_W).sum(axis=1))
-        pressing = size > self.press
-        same = bool((pressing == state.pressing).all())
+        firm = firmness(state.level, state.slow, state.pressing, f_W, self.press, self.firm, self.letting_go)
+        pressing, f_W, same = firm.pressing, firm.f_W, firm.same
         changed = state.changed + dt if same else 0.0
-        calm = state.calm + dt if same and self._is_calm(state, pressing) else 0.0
-        f_W = f_W * pressing[:, None]
+        calm = state.calm + dt if same and firm.calm else 0.0
         x, P, net = self._net(state, f_W, c_W - p_WT, n_W, self.stir if changed < self.quiet else 1.0, dt)
-        level, slope, grip = self._grip(state, f_W, size, dt)
+        wander = self._sigma * sqrt(2.0 * dt / self.memory)
+        level, slope, grip = held_force(state.level, state.slope, f_W, firm.size, self.ripple, wander, *self.follow)
         place, eye = self._seen(state, seen)
         age = state.age + dt
-        gain = np.array([
+        gains = (
             self._ratio(net, NET),
-            self._ratio(grip, 3 * int(np.count_nonzero(pressing))) if calm >= self.quiet else -np.inf,
+            self._ratio(grip, 3 * firm.number) if calm >= self.quiet else -inf,
             0.0 if eye is None else self._ratio(eye, 2),
-        ])  # fmt: skip
-        g = np.maximum(state.g + gain, 0.0) * (age > self.start)
-        signal = float(g.max()) / self.threshold(dt)
-        slow = state.slow + dt / (self.slow_time + dt) * (size - state.slow)
-        return SlipState(x, P, level, slope, slow, changed, calm, pressing, place, g, age), signal
-
-    def _is_calm(self, state: SlipState, pressing: Flags) -> bool:
-        """Whether two fingers or more press, none too little and none less than it did."""
-        pressed = np.sqrt((state.level * state.level).sum(axis=1))[pressing]
-        return len(pressed) >= 2 and bool(
-            (pressed > np.maximum(self.firm, self.letting_go * state.slow[pressing])).all()
         )
+        begun = age > self.start
+        g = np.array([max(before + gain, 0.0) * begun for before, gain in zip(state.g.tolist(), gains, strict=True)])
+        signal = float(g.max()) / self.threshold(dt)
+        slow = state.slow + dt / (self.slow_time + dt) * (firm.size - state.slow)
+        return SlipState(x, P, level, slope, slow, changed, calm, pressing, place, g, age), signal
 
     @property
     def _sigma(self) -> float:
@@ -201,39 +195,11 @@ class TipSlip:
         self, state: SlipState, f_W: Array, arm: Array, n_W: Array, stir: float, dt: float
     ) -> tuple[Array, Array, float]:
         """Five Kalman filters at once: load and reading errors; returns the sum of squared normalised innovations."""
-        squeeze = np.maximum(-(f_W * n_W).sum(axis=1), 0.0)
-        torque_x = float(arm[:, 1] @ f_W[:, 2] - arm[:, 2] @ f_W[:, 1])
-        torque_y = float(arm[:, 2] @ f_W[:, 0] - arm[:, 0] @ f_W[:, 2])
-        y = np.array([*f_W.sum(axis=0), torque_x, torque_y])
-        scale = np.array([1.0, 1.0, 1.0, self.height, self.height])
-        H = np.ones((NET, 1 + K))
-        H[:, BIASED] = scale[:, None] * squeeze
-        jump = squeeze + (state.level * n_W).sum(axis=1)
-        jumped = (self.jump_error + 0.25 * self._sigma) ** 2 * float(jump @ jump)
-        noise = scale**2 * (np.count_nonzero(squeeze) * self.noise**2 + jumped)
-        keep = np.exp(-dt / self.memory)
-        fade = np.array([1.0, *[keep] * K])
-        x, P = state.x * fade, state.P * (fade[:, None] * fade)
-        walk = stir * np.array([self.force_walk] * 3 + [self.torque_walk] * 2)
-        diagonal = P.reshape(NET, -1)[:, :: 2 + K]
-        diagonal[:, 0] += walk**2
-        diagonal[:, BIASED] += self._sigma**2 * (1.0 - keep * keep)
-        PH = (P @ H[:, :, None])[:, :, 0]
-        S = (H * PH).sum(axis=1) + noise + 1e-9
-        innovation = y - (H * x).sum(axis=1)
-        gain = PH / S[:, None]
-        x = x + gain * innovation[:, None]
-        P = P - gain[:, :, None] * PH[:, None, :]
-        return x, P, float((innovation * innovation / S).sum())
-
-    def _grip(self, state: SlipState, f_W: Array, size: Array, dt: float) -> tuple[Array, Array, float]:
-        """Trend of each finger's force; returns the sum of squared normalised innovations."""
-        level, slope = state.level + state.slope, state.slope
-        innovation = f_W - level
-        wander = self._sigma * np.sqrt(2.0 * dt / self.memory) * size
-        S = self.ripple**2 + wander**2
-        squared = float(((innovation * innovation).sum(axis=1) / S).sum())
-        return level + self.follow[0] * innovation, slope + self.follow[1] * innovation, squared
+        jump = (self.jump_error + 0.25 * self._sigma) ** 2
+        return net_force(
+            state.x, state.P, f_W, arm, n_W, state.level, self.height, jump, self._sigma, self.noise,
+            exp(-dt / self.memory), stir * self.force_walk, stir * self.torque_walk,
+        )  # fmt: skip
 
     def _seen(self, state: SlipState, seen: tuple[Array, Array] | None) -> tuple[Array, float | None]:
         """Where the camera has the tip; the squared normalised change against the frames before, if a frame came."""

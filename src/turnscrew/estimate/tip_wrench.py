@@ -108,9 +108,9 @@ class TipWrench:
         Returns:
             The new state, and F_s: (6,) wrench of the screw on the tool at the origin of T, in T, force first.
         """
-        resisted = float(self.tool.bias(R_WT, nu)[5] - F_h[5])
-        thread, torque = self.thread.update(state.thread, resisted, squeeze * radius, theta, dt)
-        F_s, _ = self.solve(F_h, R_WT, nu, torque)
+        b = self.tool.bias(R_WT, nu) - F_h
+        thread, torque = self.thread.update(state.thread, float(b[5]), squeeze * radius, theta, dt)
+        F_s, _ = self._solve(b, torque)
         tau_y = state.tau_y + dt / (self.tau_y_time + dt) * (F_s[4] - state.tau_y)
         F_s[4] = min(max(tau_y, -self.tau_y_limit), self.tau_y_limit)
         axial = self.axial.update(state.axial, float(F_s[2]), squeeze, 0.0, dt, loaded=True, learns=False)
@@ -130,7 +130,9 @@ class TipWrench:
             F_s: (6,) as in `update`, with f_s,z and tau_s,y unfiltered.
             acceleration: (2,) domega_x and domega_z [rad/s2].
         """
-        b = self.tool.bias(R_WT, nu) - F_h
+        return self._solve(self.tool.bias(R_WT, nu) - F_h, torque)
+
+    def _solve(self, b: Array, torque: float) -> tuple[Array, Array]:
         b[5] -= torque
         x = self._inverse @ b
         return np.array([x[0], x[1], x[2], 0.0, x[3], torque]), np.array([x[4], x[5]])

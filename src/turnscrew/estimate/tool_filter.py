@@ -13,12 +13,12 @@ Paper: no counterpart; the paper feeds (6) with uncorrected kinematics.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import exp, sqrt, tanh
+from math import exp, tanh
 
 import numpy as np
 
+from turnscrew.estimate.error_flow import flow
 from turnscrew.estimate.filter_state import (
-    HAND,
     OFFSETS,
     RADIUS,
     SCREW,
@@ -30,11 +30,10 @@ from turnscrew.estimate.filter_state import (
     FilterState,
 )
 from turnscrew.estimate.gated_step import Rows, Verdict, gated_step
+from turnscrew.estimate.measured_rows import camera, contacts
 from turnscrew.estimate.odometry import Rolled
 from turnscrew.estimate.trail import Seen
 from turnscrew.geometry.arrays import Array
-from turnscrew.geometry.closest import ClosestPoints
-from turnscrew.geometry.rotations import exp_so3, log_so3, skew
 from turnscrew.robot.joints import ARM, WRIST
 
 
@@ -123,41 +122,40 @@ class ToolFilter:
             gripped: Whether two fingers or more touch.
             dt: [s].
         """
-        G, keep = rolled.per_shift, exp(-dt / self.arm_time)
-        swept = G @ skew(rolled.dtheta)
-        by_hand = (1.0 - keep) * G + swept
-        z = state.R_WT[:, 2]
-        spun = float(z @ rolled.dtheta) * z
-        turn = exp_so3(rolled.dtheta + by_hand @ state.hand_W)
-        F = _EYE.copy()
-        F[THETA, THETA], F[THETA, TIP] = turn, swept
-        F[THETA, OFFSETS], F[THETA, HAND], F[THETA, SLIDE] = -rolled.per_offset, by_hand, -spun
-        F.flat[_HAND_DIAGONAL] = keep
-        P = F @ state.P @ F.T
-        kick = np.vstack([-G, _EYE[:3, :3]]) @ (self._left(dt) * reach)
-        P[_SWAY_GRID] += (1.0 - keep * keep) * (kick @ kick.T)
-        noise = np.zeros(SIZE)
-        noise[THETA] = dt * (self.tilt_drift if gripped else self.free_drift) ** 2
-        noise[TIP] = dt * self.tip_drift**2
-        noise[SCREW], noise[RADIUS] = dt * self.constants_drift**2, dt * (0.1 * self.constants_drift) ** 2
-        noise[OFFSETS] = dt * self.offset_drift**2
-        noise[SLIDE] = dt * self.slide_drift**2 * abs(spin) / self.stroke
-        P.flat[:: SIZE + 1] += noise
-        drift = self.yaw_drift**2 if gripped else 0.0
-        P[THETA, THETA] += dt * drift * (z[:, None] * z)
-        return replace(
-            state,
+        drift = self.tilt_drift if gripped else self.free_drift
+        keep = exp(-dt / self.arm_time)
+        turn, P = flow(
+            state.P, rolled.dtheta, rolled.per_shift, rolled.per_offset, state.R_WT, state.hand_W, keep,
+            reach, (1.0 - keep * keep) * self._left(dt), self._walk(drift, spin, dt),
+            dt * self.yaw_drift**2 if gripped else 0.0,
+        )  # fmt: skip
+        return FilterState(
             p_WT=state.p_WT + dp,
             R_WT=turn @ state.R_WT,
+            b_W=state.b_W,
+            radius_error=state.radius_error,
+            offset=state.offset,
             hand_W=keep * state.hand_W,
+            seen_W=state.seen_W,
+            slide=state.slide,
             blind=state.blind + dt,
             P=P,
         )
 
+    def _walk(self, drift: float, spin: float, dt: float) -> Array:
+        """(37,) variances that random walks add in dt, `drift` that of the orientation [rad/sqrt(s)]."""
+        noise = np.zeros(SIZE)
+        noise[THETA] = dt * drift**2
+        noise[TIP] = dt * self.tip_drift**2
+        noise[SCREW], noise[RADIUS] = dt * self.constants_drift**2, dt * (0.1 * self.constants_drift) ** 2
+        noise[OFFSETS] = dt * self.offset_drift**2
+        noise[SLIDE] = dt * self.slide_drift**2 * abs(spin) / self.stroke
+        return noise
+
     def _left(self, dt: float) -> Array:
-        """(6,) noise that smoothing leaves of the readings of arm and wrist [rad]."""
-        arm, wrist = (sqrt(tanh(0.5 * dt / time)) for time in (self.arm_time, self.wrist_time))
-        return self.encoder * np.array([arm] * len(ARM) + [wrist] * len(WRIST))
+        """(6,) variance that smoothing leaves in the readings of arm and wrist [rad^2]."""
+        arm, wrist = (self.encoder**2 * tanh(0.5 * dt / time) for time in (self.arm_time, self.wrist_time))
+        return np.array([arm] * len(ARM) + [wrist] * len(WRIST))
 
     def lasting(self, state: FilterState, P_frame: Array) -> FilterState:
         """The camera's lasting error moved on to a new frame: a share `common` of its covariance P_frame (6, 6)."""
@@ -172,15 +170,11 @@ class ToolFilter:
 
     def vision_rows(self, state: FilterState, seen: Seen) -> Rows:
         """Camera pose, already brought to now: one block, position and rotation."""
-        z = np.empty(6)
-        z[:3] = seen.pose.p_WT - state.p_WT
-        z[3:] = log_so3(seen.pose.R_WT @ state.R_WT.T)
-        axis = state.R_WT[:, 2]
-        R = (1.0 - self.common) * seen.P
-        p, t = self.sharpest**2, self.carried_tilt**2
-        R.flat[::7] += (p, p, p, t, t, t)
-        R[3:, 3:] += (self.carried_yaw**2 - t) * (axis[:, None] * axis)
-        return Rows(_CAMERA if self.common > 0.0 else _CAMERA_FRESH, z - state.seen_W, R, (6,))
+        z, R = camera(
+            seen.pose.p_WT, seen.pose.R_WT, seen.P, state.p_WT, state.R_WT, state.seen_W,
+            1.0 - self.common, self.sharpest, self.carried_tilt, self.carried_yaw,
+        )  # fmt: skip
+        return Rows(_CAMERA if self.common > 0.0 else _CAMERA_FRESH, z, R, (6,))
 
     def tip_rows(self, state: FilterState, p_WS: Array) -> Rows:
         """p_WT = p_WS + b: one block.
@@ -193,9 +187,7 @@ class ToolFilter:
         """
         return Rows(_TIP_AT_SCREW, p_WS + state.b_W - state.p_WT, self.tip**2 * _EYE[:3, :3], (3,))
 
-    def contact_rows(
-        self, state: FilterState, P: Array, points: list[ClosestPoints], p_WF: Array, J: Array, force: Array
-    ) -> Rows:
+    def contact_rows(self, state: FilterState, P: Array, points: Array, p_WF: Array, J: Array, force: Array) -> Rows:
         """Each touching fingertip is as deep in the handle as its force presses it: one block each.
 
         A fingertip moves by J (-d offset), for an offset estimated too large has been taken off the reading.  The gap
@@ -205,28 +197,18 @@ class ToolFilter:
         Args:
             state: Where the gaps are taken.
             P: (37, 37) covariance before the contacts.
-            points: Closest points to the handle without its radius error, k of them.
+            points: (k, 17) closest points to the handle without its radius error, rows of `closest_table`.
             p_WF: (k, 3) fingertip centres in W [m].
             J: (k, 6, 17) their Jacobians by the joints with offset states.
             force: (k,) forces [N].
 
         Paper: (2), with the fingertips' indentation.
         """
-        k, p_WT, axis = len(points), state.p_WT.tolist(), state.R_WT[:, 2].tolist()
-        table = np.array([_contact(point, p, axis, p_WT) for point, p in zip(points, p_WF.tolist(), strict=True)])
-        ways = table[:, :18].reshape(k, 2, 9)
-        rows = np.zeros((k, 2, SIZE))
-        rows[:, :, _ROTATION_AND_TIP], rows[:, :, HAND] = ways[:, :, :6], ways[:, :, 3:6]
-        rows[:, :, OFFSETS] = ways[:, :, 3:] @ J
-        around, H = rows[:, 1], -rows[:, 0]
-        bend = ((around @ P) * around).sum(axis=1) * table[:, 18]
-        H[:, RADIUS] = -1.0
-        depth = self.indentation * force
-        offsets = H[:, OFFSETS]
-        variance = self.encoder**2 * (offsets * offsets).sum(axis=1) + (self.indentation_error * depth) ** 2
-        variance += self.contact**2 + 2.0 * self.alike * bend * bend
-        z = state.radius_error - table[:, 19] - H[:, HAND] @ state.hand_W - depth - bend
-        return Rows(H, z, np.diag(variance), (1,) * k)
+        H, z, R = contacts(
+            points, p_WF, J, force, state.p_WT, state.R_WT, P, state.hand_W, state.radius_error,
+            self.encoder, self.indentation, self.indentation_error, self.contact, self.alike,
+        )  # fmt: skip
+        return Rows(H, z, R, (1,) * len(points))
 
     def update(self, state: FilterState, rows: Rows) -> tuple[FilterState, Verdict]:
         """Take in measurements in one step."""
@@ -235,36 +217,6 @@ class ToolFilter:
 
 
 _EYE = np.eye(SIZE)
-_HAND_DIAGONAL = np.arange(HAND.start, HAND.stop) * (SIZE + 1)
-_SWAY = np.concatenate([np.arange(SIZE)[THETA], np.arange(SIZE)[HAND]])
-_SWAY_GRID = np.ix_(_SWAY, _SWAY)
 _CAMERA_FRESH = np.concatenate([_EYE[TIP], _EYE[THETA]])
 _CAMERA = _CAMERA_FRESH + _EYE[SEEN]
 _TIP_AT_SCREW = _EYE[TIP] - _EYE[SCREW]
-_ROTATION_AND_TIP = slice(THETA.start, TIP.stop)
-
-
-def _contact(point: ClosestPoints, p_WF: list[float], axis: list[float], p_WT: list[float]) -> tuple[float, ...]:
-    """What the rows of a contact are made of, in scalars: this runs for every finger in every step.
-
-    Returns:
-        For the direction n along the normal and t around the handle, nine numbers each: r x d, d and s x d, with r and
-        s from the tool's and from the fingertip's origin to the contact; then half the curvature of the gap around
-        the handle [1/m], and the gap [m].
-    """
-    (ax, ay, az), (nx, ny, nz) = axis, point.n_W.tolist()
-    cx, cy, cz = point.c_W.tolist()
-    qx, qy, qz = point.tip_W.tolist()
-    rx, ry, rz = cx - p_WT[0], cy - p_WT[1], cz - p_WT[2]
-    sx, sy, sz = qx - p_WF[0], qy - p_WF[1], qz - p_WF[2]
-    tx, ty, tz = ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx
-    height = rx * ax + ry * ay + rz * az
-    radius = sqrt(max(rx * rx + ry * ry + rz * rz - height * height, 0.0)) + sqrt(sx * sx + sy * sy + sz * sz)
-    return (
-        *(ry * nz - rz * ny, rz * nx - rx * nz, rx * ny - ry * nx, nx, ny, nz),
-        *(sy * nz - sz * ny, sz * nx - sx * nz, sx * ny - sy * nx),
-        *(ry * tz - rz * ty, rz * tx - rx * tz, rx * ty - ry * tx, tx, ty, tz),
-        *(sy * tz - sz * ty, sz * tx - sx * tz, sx * ty - sy * tx),
-        0.5 / radius,
-        point.gap,
-    )

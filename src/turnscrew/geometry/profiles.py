@@ -8,8 +8,10 @@ from math import cos, isfinite, pi, sin
 from typing import Any
 
 import casadi
+import numpy as np
 
 from turnscrew.errors import ModelError
+from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.surfaces import Meridian, SurfaceOfRevolution
 
 
@@ -29,15 +31,23 @@ class Cylinder(SurfaceOfRevolution):
     radius: float
     z0: float
     z1: float
+    _spline: tuple[Array, Array] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         _require_positive("cylinder: radius", self.radius)
         _require_positive("cylinder: z1 - z0", self.z1 - self.z0)
+        heights, cubics = np.array([self.z0, self.z1], float), np.array([[0.0, 0.0, 0.0, self.radius]])
+        object.__setattr__(self, "_spline", (heights, cubics))
 
     @property
     def domain(self) -> tuple[float, float]:
         """Heights of the rims [m]."""
         return self.z0, self.z1
+
+    @property
+    def spline(self) -> tuple[Array, Array]:
+        """One piece of constant radius."""
+        return self._spline
 
     def meridian(self, v: float) -> Meridian:
         """The generating curve; v [m]."""
@@ -110,6 +120,7 @@ class TurnedHandle(SurfaceOfRevolution):
     heights: tuple[float, ...]
     radii: tuple[float, ...]
     _pieces: tuple[tuple[float, ...], ...] = field(init=False, repr=False, compare=False)
+    _spline: tuple[Array, Array] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if len(self.heights) != len(self.radii) or len(self.heights) < 2:
@@ -123,13 +134,19 @@ class TurnedHandle(SurfaceOfRevolution):
         # Imported here because it costs more than all the rest of the package, and few handles are turned.
         from scipy.interpolate import CubicSpline
 
-        coefficients = CubicSpline(self.heights, self.radii).c
-        object.__setattr__(self, "_pieces", tuple(tuple(column) for column in coefficients.T.tolist()))
+        cubics = np.ascontiguousarray(CubicSpline(self.heights, self.radii).c.T)
+        object.__setattr__(self, "_pieces", tuple(tuple(cubic) for cubic in cubics.tolist()))
+        object.__setattr__(self, "_spline", (np.array(self.heights, float), cubics))
 
     @property
     def domain(self) -> tuple[float, float]:
         """Heights of the outermost knots [m]."""
         return self.heights[0], self.heights[-1]
+
+    @property
+    def spline(self) -> tuple[Array, Array]:
+        """Knots and cubics."""
+        return self._spline
 
     def meridian(self, v: float) -> Meridian:
         """The generating curve; v [m]."""

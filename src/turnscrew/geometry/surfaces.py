@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import casadi
 import numpy as np
 
+from turnscrew.errors import ModelError
 from turnscrew.geometry.arrays import Array
 
 
@@ -71,6 +72,17 @@ class SurfaceOfRevolution(ABC):
     @abstractmethod
     def domain(self) -> tuple[float, float]:
         """Lower and upper end (v_min, v_max) of the meridian's parameter."""
+
+    @property
+    def spline(self) -> tuple[Array, Array]:
+        """The meridian as compiled functions take it: heights (n + 1,) of its knots [m], and its n cubics (n, 4).
+
+        With a row (a, b, c, d), `h = v` and `r = a x^3 + b x^2 + c x + d` [m], x the height above the lower knot.
+
+        Raises:
+            ModelError: the meridian is no spline of the height; that of a handle is.
+        """
+        raise ModelError(f"{type(self).__name__}: its meridian is no spline of the height, as a handle's must be")
 
     @abstractmethod
     def meridian(self, v: float) -> Meridian:
