@@ -14,7 +14,7 @@ from turnscrew.geometry.closest import closest_points
 from turnscrew.geometry.profiles import Capsule, Cylinder
 from turnscrew.robot.joints import DRIVEN, FINGERS
 from turnscrew.robot.model import RobotModel, driven_jacobian
-from turnscrew.robot.servos import stiffness_vector
+from turnscrew.robot.servos import STIFFNESSES
 from turnscrew.signals import Effort, Role
 
 ROBOT = RobotModel()
@@ -55,7 +55,7 @@ def test_what_is_commanded_is_what_the_servos_press():
     estimate = held()
     _, command = update(grip(), Effort(np.zeros(6), f_W, np.zeros(6)))
     _, rest = update(grip(), NO_EFFORT)
-    torque = (command.q - rest.q) * stiffness_vector()
+    torque = (command.q - rest.q) * STIFFNESSES
     tips = ROBOT.fingertips(Q)
     J = driven_jacobian(tips.J)
     expected = np.zeros(28)

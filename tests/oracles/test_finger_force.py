@@ -13,7 +13,7 @@ from turnscrew.estimate.finger_force import ForceFromTorque, normals
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.joints import DRIVEN, FINGERS, INDEX, JOINTS
 from turnscrew.robot.model import Fingertips, RobotModel, robot_spec
-from turnscrew.robot.servos import add_servos, stiffness_vector
+from turnscrew.robot.servos import STIFFNESSES, add_servos
 from turnscrew.sense.encoders import Encoders
 
 ROBOT = RobotModel()
@@ -50,7 +50,7 @@ class Rig:
         self.data = mujoco.MjData(self.model)
         self.data.qpos[:] = Q
         self.bodies = [self.model.body(f"{finger.lower()}distal").id for finger in FINGERS]
-        bend = ROBOT.gravity(Q)[DRIVEN_INDEX] / stiffness_vector()
+        bend = ROBOT.gravity(Q)[DRIVEN_INDEX] / STIFFNESSES
         self.rest = Q[DRIVEN_INDEX] + bend
         self.data.ctrl[:] = self.rest
 

@@ -15,7 +15,7 @@ from turnscrew.plant.thread import Thread
 from turnscrew.plant.tool import Tool
 from turnscrew.robot.joints import COUPLED, DRIVEN, FINGERS, INDEX
 from turnscrew.robot.model import RobotModel
-from turnscrew.robot.servos import stiffness_vector
+from turnscrew.robot.servos import STIFFNESSES
 
 SELF_LOCKING = Thread("self-locking", 0.02, 0.02, 10.0, 1.0)
 PLAN = plan_for(0.018)
@@ -44,4 +44,4 @@ def pressing(robot: RobotModel, q: np.ndarray, force: np.ndarray) -> np.ndarray:
     for follower, leader in COUPLED.items():
         torque[INDEX[leader]] += torque[INDEX[follower]]
     driven = [INDEX[name] for name in DRIVEN]
-    return q[driven] + torque[driven] / stiffness_vector()
+    return q[driven] + torque[driven] / STIFFNESSES

@@ -10,8 +10,8 @@ from turnscrew.geometry.arrays import Array
 from turnscrew.robot.coupling import DRIVEN_INDEX
 from turnscrew.robot.joints import ARM, COUPLED, FINGERS, INDEX, WRIST, finger_joints
 from turnscrew.robot.model import Fingertips, RobotModel, driven_jacobian
-from turnscrew.robot.servos import stiffness_vector
-from turnscrew.signals import Command, Effort, Estimate, Goal, Role
+from turnscrew.robot.servos import STIFFNESSES
+from turnscrew.signals import FREE, REACH, Command, Effort, Estimate, Goal
 
 PALM_JOINTS = np.array([INDEX[name] for name in (*ARM, *WRIST)])
 FINGER_JOINTS = [np.array(finger_joints(finger)) for finger in FINGERS]
@@ -77,11 +77,11 @@ class PositionAdapter:
         bend = self.robot.gravity(estimate.q)
         for row, joints in enumerate(FINGER_JOINTS):
             role = goal.roles[row]
-            if role == Role.FREE:
+            if role == FREE:
                 step = goal.q_free[joints] + offset[joints] - q[joints]
                 q[joints] += np.clip(step, -self.speed * dt, self.speed * dt)
                 continue
-            if role == Role.REACH:
+            if role == REACH:
                 ahead = J[row, :3, joints].T @ (q - offset - estimate.q)[joints]
                 J_c, v = J[row, :3], goal.approach[row] * (ahead @ ahead < self.push**2)
             else:
@@ -127,6 +127,6 @@ class PositionAdapter:
         for follower, leader in COUPLED.items():
             q[INDEX[follower]] = q[INDEX[leader]]
             bend[INDEX[leader]] += bend[INDEX[follower]]
-        wanted = q[DRIVEN_INDEX] + bend[DRIVEN_INDEX] / stiffness_vector()
+        wanted = q[DRIVEN_INDEX] + bend[DRIVEN_INDEX] / STIFFNESSES
         low, high = limits[DRIVEN_INDEX].T
         return q, Command(np.clip(wanted, low, high), (wanted < low) | (wanted > high), motion=q - before)

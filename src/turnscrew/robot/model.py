@@ -202,11 +202,12 @@ class RobotModel:
 
     def bias(self, q: Array, v: Array) -> Array:
         """C_r v + N (28,) of (18): Coriolis, centrifugal and gravity torques [N.m]."""
-        self._data.qpos[:] = q
+        self._place(q)
         self._data.qvel[:] = v
-        mujoco.mj_fwdPosition(self._model, self._data)
-        mujoco.mj_fwdVelocity(self._model, self._data)
-        return np.array(self._data.qfrc_bias)
+        mujoco.mj_comVel(self._model, self._data)
+        torque = np.empty(len(JOINTS))
+        mujoco.mj_rne(self._model, self._data, 0, torque)
+        return torque
 
     def coriolis(self, q: Array, v: Array) -> Array:
         """C_r v (28,) of (18): Coriolis and centrifugal torques [N.m]."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from turnscrew.geometry.arrays import Array
 from turnscrew.robot.joints import DRIVEN, WRIST
 from turnscrew.robot.motors import drive_limit
 
@@ -45,6 +46,5 @@ def add_servos(spec: mujoco.MjSpec) -> None:
         servo.forcelimited, servo.forcerange = True, [-limit, limit]
 
 
-def stiffness_vector() -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Proportional gains (24,) in the order of `DRIVEN` [N.m/rad]."""
-    return np.array([stiffness(joint) for joint in DRIVEN])
+STIFFNESSES: Array = np.array([stiffness(joint) for joint in DRIVEN])
+"""Proportional gains (24,) in the order of `DRIVEN` [N.m/rad]."""
