@@ -119,6 +119,14 @@ def test_wrong_override_is_told_in_one_line(override: str, expected: str) -> Non
     assert told(override).startswith(expected)
 
 
+def test_fixed_squeeze_needs_forces_that_have_one() -> None:
+    wishes = ["control.squeeze=6.0", "robot.actuation=torque"]
+    assert load(None, [*wishes, "control.forces=null-space"]).control.squeeze == 6.0
+    assert load(None, wishes[:1]).control.squeeze == 6.0
+    with pytest.raises(ScenarioError, match=r"needs control\.forces = 'null-space'"):
+        load(None, wishes)
+
+
 @pytest.mark.parametrize(
     ("content", "expected"),
     [

@@ -138,3 +138,46 @@ def stability(
 
     report(parts(overrides or [], seed, with_map=gain_map, out=out), jobs, out, wide_console())
     return 0
+
+
+@study_app.command()
+def actuation(
+    n: Annotated[int, typer.Option("--n", min=1, help="Runs of each arm under each condition.")] = 10,
+    seed: SeedsOption = 0,
+    overrides: SetOption = None,
+    conditions: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--condition",
+            metavar="NAME",
+            help="Under this one only: nothing, pushes, mass, friction, all (three at once); repeatable.",
+        ),
+    ] = None,
+    arms: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--arm",
+            metavar="NAME",
+            help="This robot only: torque (joints take torques, fingers squeeze as little as holds), fixed (torques, "
+            "the same squeeze at all times), position (joints take positions); repeatable.",
+        ),
+    ] = None,
+    squeezes: Annotated[
+        list[float] | None,
+        typer.Option(
+            "--squeeze",
+            metavar="N",
+            help="Squeeze of each finger in the arm 'fixed' [N]; repeatable.  8 and 10 without.",
+        ),
+    ] = None,
+    jobs: JobsOption = 1,
+    out: TablesOption = Path("runs/actuation"),
+) -> int:
+    """Turn the same screws by joint torques and by joint positions, with the handle pushed and the model wrong."""
+    from turnscrew.show.actuation_report import report
+    from turnscrew.study.actuation.conditions import chosen_arms, chosen_conditions
+    from turnscrew.study.actuation.study import parts
+
+    chosen = chosen_conditions(conditions), chosen_arms(arms, squeezes or (8.0, 10.0))
+    report(parts(*chosen, n, seed, overrides or [], out), jobs, out, wide_console())
+    return 0

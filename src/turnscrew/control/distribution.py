@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turnscrew.contact.grasp import grasp
+from turnscrew.contact.friction import scale_internal, split
+from turnscrew.contact.grasp import Grasp, grasp
 from turnscrew.control.wanted_forces import WantedForces
-from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.arrays import Array, Flags, Rows
 from turnscrew.robot.joints import FINGERS
 from turnscrew.signals import GRIP, Estimate, Goal
 
@@ -27,12 +28,14 @@ class Distribution:
         rate: Integral gain of a pair's squeeze [1/s]: it settles in 1/8 s, a fifth of the time a pair is given to
             build up, and stays well below the finger servos' 90 rad/s.
         reach: Largest correction by the integral [N].
+        fixed: Squeeze that is asked for at all times [N]; None lets it grow with the load.
     """
 
     friction: float = 0.6
     most: float = 9.0
     rate: float = 8.0
     reach: float = 6.0
+    fixed: float | None = None
 
     def init(self) -> Array:
         """No correction: (2,) one for each of `PAIRS` [N]."""
@@ -56,8 +59,8 @@ class Distribution:
         Returns:
             The new state, and the forces; their margins are not worked out.
 
-        Paper: (15), (16), with F_0 the inward normals times a squeeze that grows with the load the friction has to
-            carry (the paper leaves the choice of F_0 open), and `k_f` of IV-C acting on each pair's squeeze.
+        Paper: (15), (16), with F_0 the inward normals times a squeeze (the paper leaves its choice open), and `k_f` of
+            IV-C acting on each pair's squeeze.
         """
         held = np.flatnonzero((goal.roles == GRIP) & (goal.share > 0))
         none = WantedForces.none(F_hd)
@@ -66,18 +69,41 @@ class Distribution:
         R = estimate.R_WT
         grip = grasp(estimate.c_W[held], estimate.p_WT, share=goal.share[held])
         shared = grip.distribute(np.concatenate([R @ F_hd[:3], R @ F_hd[3:]]))
-        carried = shared.f_W
         normals = estimate.n_W[held]
-        load = np.linalg.norm(carried - (carried * normals).sum(axis=1)[:, None] * normals, axis=1)
-        squeeze = np.minimum(np.maximum(goal.squeeze[held], load / self.friction), self.most)
+        squeeze = self._squeeze(goal, grip, shared.f_W, normals, held)
+        asked = shared.f_W + grip.internal(-squeeze[:, None] * normals)
         wanted = np.zeros(len(FINGERS))
-        wanted[held] = squeeze
+        wanted[held] = split(asked, normals)[0]
         state = self._integrate(state, goal, estimate, wanted, dt)
-        pressed = squeeze + self._correction(state, goal)[held]
         f_W = none.f_W
-        f_W[held] = carried + grip.internal(-pressed[:, None] * normals)
+        f_W[held] = asked + grip.internal(-self._correction(state, goal)[held][:, None] * normals)
         lost = np.concatenate([R.T @ shared.lost[:3], R.T @ shared.lost[3:]])
         return state, WantedForces(f_W, lost, none.margin, none.limited)
+
+    def _squeeze(self, goal: Goal, grip: Grasp, carried: Array, n_W: Array, held: Rows) -> Array:
+        """Squeeze of each finger that holds (k,) [N]: the fixed one, or the least that brings all into their cones.
+
+        What counts is the force that is left of a squeeze in the null space: contacts do not lie opposite each other,
+        so it is less than the squeeze, and leans.
+        """
+        share = goal.share[held]
+        if self.fixed is not None:
+            return np.asarray(self.fixed * share)
+        squeeze = goal.squeeze[held]
+        internal = grip.internal(-squeeze[:, None] * n_W)
+        most = max(self.most / float((squeeze / share).max()), 1.0)
+
+        def factor(counted: Flags) -> float:
+            forces, more, normals = carried[counted], internal[counted], n_W[counted]
+            return scale_internal(forces, more, normals, self.friction, 1.0, 1.0, most).factor
+
+        whole = share == share.max()
+        scale = factor(whole)
+        if not whole.all():
+            # one that has just touched, without its partner, no squeeze brings into its cone: counted like the others
+            # it would make them let go, and counted from some share on it would make their force jump
+            scale += float(share.min() / share.max()) * (factor(share > 0.0) - scale)
+        return np.asarray(scale * squeeze)
 
     def _integrate(self, state: Array, goal: Goal, estimate: Estimate, wanted: Array, dt: float) -> Array:
         pressing = -(estimate.f_W * estimate.n_W).sum(axis=1)

@@ -157,7 +157,7 @@ def _extra(field: FieldInfo) -> Mapping[str, Any]:
 
 def _check_together(scenario: Scenario) -> None:
     """What no single key can get wrong alone."""
-    tool, screw, rate = scenario.tool, scenario.screw, scenario.rate
+    tool, screw = scenario.tool, scenario.screw
     rules = [
         (
             tool.blade_thickness < screw.slot_width,
@@ -181,15 +181,26 @@ def _check_together(scenario: Scenario) -> None:
             f"tool.handle.length = {tool.handle.length:g}: must be below twice tool.contact_height "
             f"({2 * tool.contact_height:g} m), so that shaft is left below the handle",
         ),
+    ]
+    for holds, message in [*rules, *_loop_rules(scenario)]:
+        if not holds:
+            raise ScenarioError(message)
+
+
+def _loop_rules(scenario: Scenario) -> list[tuple[bool, str]]:
+    """Whether each holds, and what to say where it does not."""
+    rate, control = scenario.rate, scenario.control
+    return [
         (
             rate.plant % rate.control == 0,
             f"rate.control = {rate.control:g}: must divide rate.plant ({rate.plant:g} Hz)",
+        ),
+        (
+            control.squeeze is None or control.forces == "null-space" or scenario.robot.actuation == "position",
+            f"control.squeeze = {control.squeeze}: needs control.forces = 'null-space'; the optimum finds its own",
         ),
         (
             scenario.vision.rate <= rate.control,
             f"vision.rate = {scenario.vision.rate:g}: must be at most rate.control ({rate.control:g} Hz)",
         ),
     ]
-    for holds, message in rules:
-        if not holds:
-            raise ScenarioError(message)

@@ -175,6 +175,15 @@ class Control(Table):
         "with F_0 the inward normals times a squeeze. Position commands always take the latter.",
         f"{PAPER} leaves the choice of F_0 open",
     )
+    squeeze: float | None = key(
+        None,
+        "N",
+        "Squeeze F_0 of each finger that has its whole share, the same at all times; without it the squeeze grows with "
+        'the load. Not for torques with forces = "optimal".',
+        f"{PAPER}, (16): F_0 is chosen, and no value is given; `turnscrew study actuation` tells what it costs",
+        ge=0.5,
+        le=20.0,
+    )
     frequency: float = key(
         32.0,
         "rad/s",

@@ -131,11 +131,13 @@ def build_controller(scenario: Scenario, robot: RobotModel, inertia: ToolInertia
     """Servo and distribution for what the robot accepts."""
     friction = FRICTION_USED * scenario.contact.finger_friction * (1.0 + scenario.model.friction_error)
     if scenario.robot.actuation == "position":
-        return Controller(HybridServo(inertia, scenario.screw.pitch), Distribution(friction))
+        sharing = Distribution(friction, fixed=scenario.control.squeeze)
+        return Controller(HybridServo(inertia, scenario.screw.pitch), sharing)
     servo = torque_servo(inertia, scenario.screw.pitch, scenario.control.frequency, scenario.control.damping)
     if scenario.control.forces == "null-space":
-        # torques press as told: there is nothing for the error integral to make up for
-        return Controller(servo, Distribution(friction, rate=0.0))
+        # torques press as told: there is nothing to make up for by an integral, and no posture that would be bent away
+        most = OptimalDistribution.most
+        return Controller(servo, Distribution(friction, most=most, rate=0.0, fixed=scenario.control.squeeze))
     return Controller(servo, OptimalDistribution(robot, friction))
 
 
