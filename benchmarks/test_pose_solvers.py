@@ -18,11 +18,11 @@ FRAMES = 200
 
 @pytest.mark.parametrize("k", [2, 3, 4])
 @pytest.mark.benchmark(group="pose", timer=process_time)
-def test_the_real_time_solver_takes_less_than_a_fifth_of_ipopts_time(benchmark, k):
+def test_the_real_time_solver_takes_less_than_a_tenth_of_ipopts_time(benchmark, k):
     frames = list(random_frames(k, FRAMES, np.random.default_rng([10_000, k])))
     found = solver_figures(benchmark.pedantic(compared, (frames,), rounds=1))
     for name in ("ipopt", "sqp"):
         benchmark.extra_info |= {f"{name}_{which}_ms": value for which, value in found[name]["ms"].items()}
     benchmark.extra_info["ratio"] = found["ratio"]
-    # a tenth is the aim; 7.7 (four contacts) to 9.2 (two) was measured, on an idle machine and on a busy one
-    assert found["ratio"] > 5.0
+    # 16 (four contacts) to 21 (two) was measured, on a busy machine
+    assert found["ratio"] > 10.0

@@ -16,68 +16,79 @@ from typing import Any
 import casadi
 import numpy as np
 
+from turnscrew.estimate.blended_capsule import BlendedCapsule
 from turnscrew.estimate.buffered import Buffered
-from turnscrew.estimate.pose_problem import X_PER_CONTACT, X_POSE, Bounds, PoseFrame, PoseProblem, rotation
+from turnscrew.estimate.pose_convex import convexified
+from turnscrew.estimate.pose_problem import (
+    G_PER_CONTACT,
+    UNIT,
+    X_PER_CONTACT,
+    X_POSE,
+    Bounds,
+    PoseFrame,
+    PoseProblem,
+)
+from turnscrew.estimate.pose_rows import pose_derivatives, pose_rows
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import matrix_from_quaternion, quaternion_conjugate, quaternion_product
+from turnscrew.geometry.surfaces import SurfaceOfRevolution
 
 PHI = slice(3, 6)
 Z_POSE = 6
-
-FLAT = 1e-6
-"""Least pivot of a contact's parameters, a ten-thousandth of what multipliers give them as a rule."""
-
-STEEP = 0.1
-"""Least pivot of the rotation, a tenth of what the objective gives it."""
 
 WIDEST = 1.0
 """Bound of each |phi_j| [rad]: the chart ends at |phi| = 2, a half turn, and no pose seen errs by 57 deg."""
 
 
 class PoseChart:
-    """Rows and their derivatives of one problem, compiled once.
+    """Rows and their derivatives of one problem and, from `take` on, one frame.
 
     Attributes:
         problem: The problem.
         size: Number of variables, 6 + 4k.
-        rows: (z, data, low, high) -> (g, sum of the rows' violations).
-        slopes: (z, data) -> (J (6k, 6 + 4k)).
-        curves: (z, data, weights of the rows) -> (J, Hessian of |phi|^2 / 2 + weights . g made convex, the most that
-            was added to a contact's diagonal for that).
+        low, high: (6 + 10k,) boxes of variables and rows.
+        g: (6k,) rows where they were last asked for.
+        J: (6k, 6 + 4k) their Jacobian, where that was.
+        H: (6 + 4k, 6 + 4k) Hessian of |phi|^2 / 2 + weights . g there, made convex.
+        raised: (k, 4) what was added to the contacts' diagonal for that.
     """
 
     def __init__(self, problem: PoseProblem) -> None:
-        self.problem = problem
-        self.size = Z_POSE + X_PER_CONTACT * problem.k
-        z, R_bar, parameters = casadi.SX.sym("z", self.size), casadi.SX.sym("R_bar", 9), problem.parameters()
-        s = 0.5 * z[PHI]
-        R = rotation(casadi.vertcat(casadi.sqrt(1 - casadi.dot(s, s)), s)) @ casadi.reshape(R_bar, 3, 3).T
-        g = problem.rows(z[:3], R, z[Z_POSE:], parameters)
-        weights, low, high = (casadi.SX.sym(name, g.numel()) for name in ("weights", "low", "high"))
-        data = casadi.vertcat(R_bar, parameters)
-        H = casadi.hessian(0.5 * casadi.dot(z[PHI], z[PHI]) + casadi.dot(weights, g), z)[0]
-        # CasADi stores by columns: the transpose's columns are the rows of an array of ours.
-        J = casadi.densify(casadi.jacobian(g, z).T)
-        excess = casadi.sum1(casadi.fmax(casadi.fmax(low - g, g - high), 0))
-        self.rows = _compiled("rows", [z, data, low, high], [g, excess])
-        self.slopes = _compiled("slopes", [z, data], [J])
-        self.curves = _compiled("curves", [z, data, weights], [J, *convex(H)])
+        self.problem, k = problem, problem.k
+        self.size = n = Z_POSE + X_PER_CONTACT * k
+        self._meridians = _meridians(problem)
+        self._jets = self._meridians.results[0].reshape(k, 2, 3, 4)
+        self._z = self._meridians.arguments[0]
+        self._data = np.zeros(9 + 12 * k)
+        self.g, self.J, self.H = np.zeros(G_PER_CONTACT * k), np.zeros((G_PER_CONTACT * k, n)), np.zeros((n, n))
+        self.raised = np.zeros((k, X_PER_CONTACT))
 
-    def take(self, data: Array, bounds: Bounds) -> None:
-        """Fix the frame for the evaluations to come, with bounds in this chart."""
-        for function in (self.rows, self.slopes, self.curves):
-            function.arguments[1][:] = data
-        self.rows.arguments[2][:], self.rows.arguments[3][:] = bounds.low[self.size :], bounds.high[self.size :]
+    def take(self, frame: PoseFrame, parameters: Array, bounds: Bounds) -> None:
+        """Fix the frame for the evaluations to come.
 
-    def data(self, frame: PoseFrame, parameters: Array) -> Array:
-        """The compiled functions' parameter vector, of a frame and its `PoseFrame.parameters`."""
-        return np.concatenate([matrix_from_quaternion(frame.r_bar).ravel(), parameters])
+        Args:
+            frame: Data.
+            parameters: Of the frame, as it gives them.
+            bounds: As the problem gives them.
+        """
+        rows = 12 * self.problem.k
+        self._data[:9], self._data[9:] = matrix_from_quaternion(frame.r_bar).ravel(), parameters[:rows]
+        self._meridians.arguments[1][:] = parameters[rows:]
+        self.low, self.high = bounds.low[1:].copy(), bounds.high[1:].copy()
+        self.low[:3], self.high[:3] = bounds.low[:3], bounds.high[:3]
+        self.low[PHI], self.high[PHI] = -WIDEST, WIDEST
+        self._least, self._most = self.low[self.size :], self.high[self.size :]
 
-    def bounds(self, bounds: Bounds) -> Bounds:
-        """The problem's boxes in this chart."""
-        low, high = bounds.low[1:].copy(), bounds.high[1:].copy()
-        low[:3], low[PHI], high[:3], high[PHI] = bounds.low[:3], -WIDEST, bounds.high[:3], WIDEST
-        return Bounds(low, high)
+    def rows(self, z: Array) -> float:
+        """Fill in g at z: the sum of its violations."""
+        self._z[:] = z
+        self._meridians.evaluate()
+        return pose_rows(z, self._data, self._jets, self._least, self._most, self.g)
+
+    def derivatives(self, z: Array, weights: Array) -> None:
+        """Fill in J and H at z, where the rows must have been asked for last."""
+        pose_derivatives(z, self._data, self._jets, weights, self.J, self.H)
+        convexified(self.H, self.raised.reshape(-1))
 
     def enter(self, frame: PoseFrame, x: Array) -> Array:
         """The chart's z at the problem's variables x."""
@@ -93,47 +104,25 @@ class PoseChart:
         return np.concatenate([z[:3], r, z[Z_POSE:]])
 
 
-def convex(H: Any) -> tuple[Any, Any]:
-    """H with as much added to its diagonal as makes it positive semidefinite, and the most added for a contact.
-
-    The modified Cholesky factorisation of Gill, Murray and Wright (Practical Optimization, 4.4.2.2), written out as an
-    expression without branches: a pivot that is negative, or so small that later ones would drown in what it subtracts
-    from them, is replaced by a larger one.  An eigenvalue decomposition does the same and takes twice as long as all
-    else of a step together.  Contacts are eliminated one by one, as only the rotation couples them, and the rotation
-    last; the position has no curvature.
-
-    Args:
-        H: (6 + 4k, 6 + 4k) symmetric expression over position, rotation and contacts.
-    """
-    A, added = casadi.SX(casadi.densify(H)), casadi.SX.zeros(H.shape[0])
-    turn = list(range(PHI.start, PHI.stop))
-    contacts = [list(range(i, i + X_PER_CONTACT)) for i in range(Z_POSE, H.shape[0], X_PER_CONTACT)]
-    largest = casadi.SX(FLAT)
-    for own in contacts:
-        largest = casadi.fmax(largest, casadi.mmax(casadi.fabs(casadi.vec(A[own, own]))))
-    for own in contacts:
-        for place, j in enumerate(own):
-            # one pivot may take half of the rotation's own curvature, which is 1
-            _eliminate(A, added, j, [(own[place + 1 :], largest), (turn, 0.5)], FLAT)
-    for place, j in enumerate(turn):
-        _eliminate(A, added, j, [(turn[place + 1 :], 1.0)], STEEP)
-    return casadi.densify(H) + casadi.diag(added), casadi.mmax(added[Z_POSE:])
+def _meridians(problem: PoseProblem) -> Buffered:
+    """(z, what each fingertip and then the handle is thicker than its patch [m]) -> the jets of `pose_rows`."""
+    k, skin = problem.k, BlendedCapsule(problem.tip.radius, problem.tip.length)
+    z, thicker = casadi.SX.sym("z", Z_POSE + X_PER_CONTACT * k), casadi.SX.sym("thicker", k + 1)
+    jets = []
+    for i in range(k):
+        v, eta = z[Z_POSE + X_PER_CONTACT * i + 1], z[Z_POSE + X_PER_CONTACT * i + 3]
+        jets += [_jet(skin, v, 1.0, thicker[i]), _jet(problem.handle, eta, problem.eta_unit, thicker[k])]
+    return Buffered(casadi.Function("meridians", [z, thicker], [casadi.horzcat(*jets)], {"cse": True}))
 
 
-def _eliminate(A: Any, added: Any, j: int, later: list[tuple[list[int], Any]], least: float) -> None:
-    """Pivot on A_jj, made so large that it takes no more from each group of later pivots than is said."""
-    pivot = casadi.fmax(casadi.fabs(A[j, j]), least)
-    for group, most in later:
-        if group:
-            pivot = casadi.fmax(pivot, casadi.mmax(A[group, j] ** 2) / most)
-    added[j] = pivot - A[j, j]
-    rest = [i for group, _ in later for i in group]
-    if rest:
-        A[rest, rest] -= A[rest, j] @ A[rest, j].T / pivot
-
-
-def _compiled(name: str, arguments: list[Any], results: list[Any]) -> Buffered:
-    return Buffered(casadi.Function(name, arguments, results, {"cse": True}))
+def _jet(surface: SurfaceOfRevolution, variable: Any, unit: float, thicker: Any) -> Any:
+    """(r, h, a, b) of a parallel surface, then the first and the second derivatives."""
+    v = casadi.SX.sym("v")
+    r, h, a, b = surface.symbolic_meridian(unit * v)
+    value = casadi.vertcat((r + thicker * b) / UNIT, (h - thicker * a) / UNIT, a, b)
+    slope = casadi.jacobian(value, v)
+    jet = casadi.vertcat(value, slope, casadi.jacobian(slope, v))
+    return casadi.densify(casadi.substitute(jet, v, variable))
 
 
 @lru_cache(maxsize=64)
