@@ -80,6 +80,8 @@ class Estimate:
         F_s: (6,) wrench of the screw on the tool, in T, force first [N, N.m].
         stiffness: k_s of the thread as identified [N.m/rad]; not a number where it is no spring.
         tip_slip: How strongly the forces at the tip contradict a tip that stays where it is: 1 is the threshold.
+        finger_slip: (5,) way that each fingertip has slid down the handle lately [m].
+        grip: (5,) share of the friction counted with that each finger is trusted with: 1 until it has slid.
         P: (6, 6) covariance of the errors of p_WT [m], then of the orientation as a rotation vector in W [rad].
         frame: What became of the camera's last frame: "taken", "refused" (an outlier), "late" or "none".
         status: What the pose refinement said of its last frame: "warm", "cold" (solved from the last or from a fresh
@@ -109,6 +111,8 @@ class Estimate:
     F_s: Array
     stiffness: float
     tip_slip: float
+    finger_slip: Array
+    grip: Array
     P: Array
     frame: str
     status: str

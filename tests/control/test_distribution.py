@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rigs.messages import estimate_of, goal_of
 
-from turnscrew.contact.friction import in_cone
+from turnscrew.contact.friction import cone_margin, in_cone
 from turnscrew.contact.grasp import grasp_matrix
 from turnscrew.control.distribution import Distribution
 from turnscrew.signals import Role
@@ -118,3 +118,27 @@ def test_readings_that_disagree_do_not_push_the_tool_aside():
 
 def test_without_a_grip_nothing_is_asked():
     assert not run(goal_of(), np.ones(6)).any()
+
+
+def test_a_pair_presses_as_its_less_trusted_finger_needs():
+    F_hd = np.array([0.0, 0.0, -2.0, 0.0, 0.0, -0.01])
+    doubted = estimate_of(grip=np.array([1.0, 0.1, 0.8, 1.0, 1.0]))
+
+    def squeezes(estimate):
+        return -(run(gripping(TH_MF), F_hd, estimate) * estimate.n_W).sum(axis=1)[TH_MF]
+
+    # MF's trust counts, FF's does not: it does not hold
+    inside = squeezes(doubted) - squeezes(estimate_of())
+    np.testing.assert_allclose(inside, (1.0 / 0.8 - 1.0) * 4.0, rtol=0.05)
+
+
+@pytest.mark.parametrize("thrust", [-4.0, -5.0])
+def test_fingers_that_are_not_opposed_press_until_they_are_in_their_cones(thrust):
+    # 15 deg from opposition: pressing pushes the handle aside, and friction has to hold that, too
+    aside = np.radians(15.0)
+    n_W = estimate_of().n_W.copy()
+    n_W[2] = [np.cos(aside), np.sin(aside), 0.0]
+    bent = estimate_of(n_W=n_W, c_W=0.018 * n_W + [0, 0, 0.15])
+    f_W = run(gripping(TH_MF), np.array([0, 0, thrust, 0, 0, -0.04]), bent)
+    # one step of a nearly linear rule: a twentieth of a newton remains
+    assert (cone_margin(f_W, n_W, Distribution().friction)[TH_MF] > -0.05).all()

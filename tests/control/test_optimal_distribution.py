@@ -8,6 +8,7 @@ import numpy as np
 from rigs.grips import FOUR_HELD, PINCHED
 from rigs.messages import goal_of
 
+from turnscrew.contact.friction import split
 from turnscrew.contact.grasp import grasp_matrix
 from turnscrew.control.optimal_distribution import OptimalDistribution
 from turnscrew.robot.contact_jacobian import contact_jacobian
@@ -106,3 +107,14 @@ def test_the_squeeze_rises_with_a_tool_that_leans_and_fades_again():
 def test_every_contact_keeps_its_margin():
     wanted = run([gripping(TH_MF, squeeze=1.0)] * 60, np.array([0, 0, -4.2, 0, 0, -0.03]), PINCHED)[-1]
     assert (wanted.margin[TH_MF] >= BLOCK.margin - 1e-5).all()
+
+
+def test_a_finger_that_is_trusted_less_presses_more_and_stays_inside_its_smaller_cone():
+    F_hd = np.array([0.0, 0.0, -4.2, 0.0, 0.0, -0.04])
+    doubted = replace(PINCHED, grip=np.array([1.0, 1.0, 0.6, 1.0, 1.0]))
+    whole = run([gripping(TH_MF)] * 30, F_hd, PINCHED)[-1]
+    wary = run([gripping(TH_MF)] * 30, F_hd, doubted)[-1]
+    pressing, along = split(wary.f_W, PINCHED.n_W)
+    # it presses a fifth more; the rest of what it can no longer carry goes to the thumb
+    assert pressing[2] > 1.1 * split(whole.f_W, PINCHED.n_W)[0][2]
+    assert along[2] <= 0.6 * BLOCK.friction * pressing[2]

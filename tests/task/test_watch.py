@@ -151,3 +151,37 @@ def test_a_drive_at_its_limit_is_named_once_with_what_is_left_out():
     assert [fault.kind for fault in found] == [FaultKind.TORQUE_SATURATED] * 2
     assert not any(fault.ends for fault in found)
     assert found[0].evidence == "MFJ2 at the limit: 1.5 N and 0.020 N.m are left out"
+
+
+def test_a_finger_that_slides_is_named_once_and_lived_with():
+    def sliding(row):
+        slid = 0.0007 * (np.arange(5) == row)
+        return lambda t: estimate_of(touching=HELD, finger_slip=slid if 0.5 < t < 0.6 else np.zeros(5))
+
+    (fault,) = faults_of(1.0, estimate=sliding(2))
+    assert (fault.kind, fault.ends) == (FaultKind.FINGER_SLIP, False)
+    assert fault.evidence == "MF slides: 0.7 mm down the handle"
+    # a finger that does not grip may slide
+    assert faults_of(1.0, estimate=sliding(1)) == []
+
+
+def test_a_finger_with_little_to_spare_is_named_before_it_slides():
+    def margins(one, two):
+        effort = Effort(np.zeros(6), np.zeros((5, 3)), np.zeros(6), margin=np.array([one, np.nan, two, np.nan, np.nan]))
+        return Strain(effort, np.zeros(24, dtype=bool))
+
+    goal, state = goal_of(roles=GRIP, share=GRIP / Role.GRIP), WATCH.init()
+    state, none = WATCH.update(state, measured(0.0), estimate_of(touching=HELD), goal, DT, margins(1.0, 1.2))
+    state, (fault,) = WATCH.update(state, measured(DT), estimate_of(touching=HELD), goal, DT, margins(1.0, 0.2))
+    assert none == ()
+    assert (fault.kind, fault.ends) == (FaultKind.FINGER_SLIP, False)
+    assert fault.evidence == "MF is about to slide: 0.2 N to spare"
+    for spare in (0.6, 0.4, 0.7, 0.3):
+        # not named anew for as long as it has not recovered
+        state, none = WATCH.update(state, measured(DT), estimate_of(touching=HELD), goal, DT, margins(1.0, spare))
+        assert none == ()
+    # one that comes or goes has less to spare, and carries less
+    leaving = replace(goal, share=0.5 * goal.share)
+    assert (
+        WATCH.update(WATCH.init(), measured(0.0), estimate_of(touching=HELD), leaving, DT, margins(1.0, 0.2))[1] == ()
+    )

@@ -101,6 +101,29 @@ def slips(
     return 0
 
 
+@study_app.command(name="finger-slips")
+def finger_slips(
+    n: Annotated[
+        int,
+        typer.Option("--n", min=0, help="Seeds with slick fingers; each runs with the robot's reaction and without."),
+    ] = 10,
+    quiet: Annotated[int, typer.Option("--quiet", min=0, help="Runs without, to count false alarms in.")] = 10,
+    factor: Annotated[
+        float, typer.Option("--factor", min=0.01, max=1.0, help="What a slick finger's friction is multiplied by.")
+    ] = 0.3,
+    seed: SeedsOption = 0,
+    overrides: SetOption = None,
+    jobs: JobsOption = 1,
+    out: TablesOption = Path("runs/finger-slips"),
+) -> int:
+    """Let single fingers lose their friction for .3 s: how soon the robot notices, and what its squeezing saves."""
+    from turnscrew.show.finger_slips_report import report
+    from turnscrew.study.finger_slips.study import parts
+
+    report(parts(n, quiet, factor, seed, overrides or [], out), jobs, out, wide_console())
+    return 0
+
+
 @study_app.command(name="envelope")
 def give_way(
     grips: Annotated[

@@ -70,7 +70,9 @@ class Distribution:
         grip = grasp(estimate.c_W[held], estimate.p_WT, share=goal.share[held])
         shared = grip.distribute(np.concatenate([R @ F_hd[:3], R @ F_hd[3:]]))
         normals = estimate.n_W[held]
-        squeeze = self._squeeze(goal, grip, shared.f_W, normals, held)
+        # all press as the least trusted finger needs
+        trusted = float(estimate.grip[held].min())
+        squeeze = self._squeeze(goal, grip, shared.f_W, normals, held, trusted)
         asked = shared.f_W + grip.internal(-squeeze[:, None] * normals)
         wanted = np.zeros(len(FINGERS))
         wanted[held] = split(asked, normals)[0]
@@ -80,8 +82,10 @@ class Distribution:
         lost = np.concatenate([R.T @ shared.lost[:3], R.T @ shared.lost[3:]])
         return state, WantedForces(f_W, lost, none.margin, none.limited)
 
-    def _squeeze(self, goal: Goal, grip: Grasp, carried: Array, n_W: Array, held: Rows) -> Array:
+    def _squeeze(self, goal: Goal, grip: Grasp, carried: Array, n_W: Array, held: Rows, trusted: float) -> Array:
         """Squeeze of each finger that holds (k,) [N]: the fixed one, or the least that brings all into their cones.
+
+        The cones are those of the share of friction that is trusted, and more is squeezed from the outset.
 
         What counts is the force that is left of a squeeze in the null space: contacts do not lie opposite each other,
         so it is less than the squeeze, and leans.
@@ -89,13 +93,13 @@ class Distribution:
         share = goal.share[held]
         if self.fixed is not None:
             return np.asarray(self.fixed * share)
-        squeeze = goal.squeeze[held]
+        squeeze = np.minimum(goal.squeeze[held] / trusted, self.most * share)
         internal = grip.internal(-squeeze[:, None] * n_W)
         most = max(self.most / float((squeeze / share).max()), 1.0)
 
         def factor(counted: Flags) -> float:
             forces, more, normals = carried[counted], internal[counted], n_W[counted]
-            return scale_internal(forces, more, normals, self.friction, 1.0, 1.0, most).factor
+            return scale_internal(forces, more, normals, self.friction, trusted, 1.0, most).factor
 
         whole = share == share.max()
         scale = factor(whole)

@@ -144,8 +144,9 @@ class OptimalDistribution:
     def _bounds(self, state: Shared, goal: Goal, estimate: Estimate, rows: Rows) -> Bounds:
         dynamics = self.robot.dynamics(estimate.q, estimate.v)
         J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)
+        trusted = self.friction * estimate.grip[rows]
         friction, margin, least, most = _contact_bounds(
-            goal.share[rows], self.friction, self.firm, state.spare * self.margin, self.least, self.first, self.most
+            goal.share[rows], trusted, self.firm, state.spare * self.margin, self.least, self.first, self.most
         )
         T, torque_least, torque_most = _torque_bounds(J, rows, dynamics.bias, self._room)
         return Bounds(friction, margin, least, most, T, torque_least, torque_most)
@@ -169,16 +170,17 @@ def _torque_bounds(J: Array, rows: Rows, bias: Array, room: Array) -> tuple[Arra
 
 @compiled
 def _contact_bounds(
-    share: Array, friction: float, firm: float, margin: float, least: float, first: float, most: float
+    share: Array, trusted: Array, firm: float, margin: float, least: float, first: float, most: float
 ) -> Array:
     """Friction counted with, margin, least and largest pressing force of contacts by their shares (k,): (4, k).
 
+    `trusted` (k,) is the friction of contacts with their whole share.
     The largest grows to `first` for who has just touched, then with the square of the share.
     """
     bounds = np.empty((4, len(share)))
     for i in range(len(share)):
         more = max(share[i] - FIRST, 0.0) / (1.0 - FIRST)
-        bounds[0, i] = friction * min(share[i] / firm, 1.0)
+        bounds[0, i] = trusted[i] * min(share[i] / firm, 1.0)
         bounds[1, i], bounds[2, i] = margin * share[i], least * share[i]
         bounds[3, i] = min(share[i] / FIRST, 1.0) * first + more * more * (most - first)
     return bounds

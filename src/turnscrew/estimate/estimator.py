@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from math import exp, sqrt
 from time import thread_time
 from typing import TYPE_CHECKING
 
@@ -24,8 +25,9 @@ import numpy as np
 from turnscrew.estimate.contacts import TouchDetector
 from turnscrew.estimate.correction import Corrector
 from turnscrew.estimate.estimator_state import EstimatorState
-from turnscrew.estimate.filter_state import FilterState, Prior, pose_covariance
+from turnscrew.estimate.filter_state import HAND, THETA, FilterState, Prior, pose_covariance
 from turnscrew.estimate.finger_force import FingerForceState, ForceFromTorque
+from turnscrew.estimate.finger_slip import FingerSlip, FingerSlipState, moved_along
 from turnscrew.estimate.handle_contacts import HandleContacts, capsules_of, handle_contacts
 from turnscrew.estimate.joint_smoothing import JointSmoother, JointState
 from turnscrew.estimate.odometry import RollingOdometry
@@ -36,10 +38,11 @@ from turnscrew.estimate.screw_angle import ScrewAngle
 from turnscrew.estimate.tip_slip import SlipState, TipSlip
 from turnscrew.estimate.tip_wrench import TipWrench
 from turnscrew.estimate.tool_filter import ToolFilter
-from turnscrew.estimate.trail import Pose, Trail
+from turnscrew.estimate.trail import Pose, Seen, Trail
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.euler import yaw
 from turnscrew.geometry.profiles import Capsule
+from turnscrew.geometry.rotations import log_so3
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
 from turnscrew.robot.joints import ARM, FINGERS, WRIST
 from turnscrew.signals import Estimate, Measurement
@@ -95,6 +98,7 @@ class ToolEstimator:
         reference: What (6) stays close to.
         angle: Slot play.
         slip: Tests for a slip of the tip.
+        fingers: Detector of fingers that slide.
         correction_period: Longest time without a correction when no frame comes [s]: two periods of the camera.
         rate_time: Time constant of the tool's angular velocity [s]: encoder noise of .05 deg makes .15 deg of yaw,
             so 50 ms leave 3 deg/s.
@@ -115,6 +119,7 @@ class ToolEstimator:
     reference: Reference = Reference.FILTER
     angle: ScrewAngle = field(default_factory=ScrewAngle)
     slip: TipSlip = field(default_factory=TipSlip)
+    fingers: FingerSlip = field(default_factory=FingerSlip)
     correction_period: float = 2.0 / 30.0
     rate_time: float = 0.05
 
@@ -152,6 +157,7 @@ class ToolEstimator:
             angle=self.angle.init(yaw(R_WT)),
             wrench=self.wrench.init(),
             slip=self.slip.init(),
+            fingers=self.fingers.init(),
         )
 
     def update(
@@ -176,6 +182,10 @@ class ToolEstimator:
             state = self._correct(state, measurement)
         return self._conclude(state, measurement, rolled, dt)
 
+    def _radius(self, f: FilterState) -> float:
+        """Of the handle in its middle, as learned [m]."""
+        return self.handle.meridian(0.5 * sum(self.handle.domain)).r + f.radius_error
+
     def _contacts(self, f: FilterState, tips: Fingertips, capsules: tuple[Capsule, ...]) -> HandleContacts:
         return handle_contacts(self.handle, f.radius_error, capsules, tips, f.p_WT, f.R_WT)
 
@@ -195,6 +205,7 @@ class ToolEstimator:
         # The tip follows the screw along its thread.
         dp = self.wrench.advance(spin) * f.R_WT[:, 2]
         omega_T = state.omega_T + dt / (self.rate_time + dt) * (f.R_WT.T @ dtheta / dt - state.omega_T)
+        fingers = self._fingers(state, tips, weight, dtheta, dp, dt)
         reach = tips.J[FINGERS.index("MF"), :3, :REACH]
         f = self.filter.predict(f, rolled, dp, float(omega_T[2]), reach, int(touch.touching.sum()) >= 2, dt)
         moved = replace(
@@ -212,8 +223,29 @@ class ToolEstimator:
             seen=state.seen.moved(dtheta, dp),
             polished=state.polished.moved(dtheta, dp),
             omega_T=omega_T,
+            fingers=fingers,
         )
         return moved, spin
+
+    def _fingers(
+        self, state: EstimatorState, tips: Fingertips, level: Array, dtheta: Array, dp: Array, dt: float
+    ) -> FingerSlipState:
+        """Which fingers slide, for a tool that has turned by dtheta and whose tip has travelled by dp."""
+        f, axis = state.filter, state.filter.R_WT[:, 2]
+        moved = moved_along(state.tips, tips, state.contacts.tip_W, f.p_WT, dtheta, dp, axis)
+        anew = 1.0 - exp(-self.fingers.memory / self.filter.arm_time)
+        hand_sigma = sqrt(2.0 * anew * float(axis @ f.P[HAND, HAND] @ axis))
+        return self.fingers.update(state.fingers, moved, level, hand_sigma, dt)
+
+    def _turned(self, state: EstimatorState, seen: Seen) -> FingerSlipState:
+        """Whether the handle is seen to have turned back under the fingers."""
+        f, axis = state.filter, state.filter.R_WT[:, 2]
+        turn = log_so3(seen.pose.R_WT @ f.R_WT.T)
+        back = float(axis @ turn)
+        if float(turn @ turn) - back * back > FLIP * FLIP:
+            return state.fingers
+        variance = float(axis @ (seen.P[3:, 3:] + f.P[THETA, THETA]) @ axis)
+        return self.fingers.seen(state.fingers, back, variance, self._radius(f))
 
     def _forces(
         self, state: EstimatorState, measurement: Measurement, tips: Fingertips, dt: float
@@ -252,6 +284,7 @@ class ToolEstimator:
             correction=done,
             correction_time=took,
             since_correction=0.0,
+            fingers=state.fingers if seen is None else self._turned(state, seen),
             tips=tips,
             contacts=self._contacts(done.state, tips, state.capsules),
             seen=state.seen if seen is None else seen.pose,
@@ -293,12 +326,11 @@ class ToolEstimator:
     ) -> tuple[EstimatorState, Estimate]:
         """Screw angle, tip wrench and message."""
         f, contacts, touching = state.filter, state.contacts, state.touch.touching
-        R_WT, offset = self._orientation(state), f.joint_offset()
+        R_WT, offset, radius = self._orientation(state), f.joint_offset(), self._radius(f)
         angle = self.angle.update(state.angle, yaw(f.R_WT), rolled, dt)
         nu = np.array([0.0, 0.0, self.wrench.advance(float(state.omega_T[2])), *state.omega_T.tolist()])
         f_W = state.touch.f_W * touching[:, None]
         F_h, squeeze = contacts.load(f_W, f.p_WT, R_WT)
-        radius = self.handle.meridian(0.5 * sum(self.handle.domain)).r + f.radius_error
         wrench, F_s = self.wrench.update(state.wrench, F_h, squeeze, radius, R_WT, nu, angle.theta, dt)
         slip, tip_slip = self._slip(state, measurement, dt)
         estimate = Estimate(
@@ -320,6 +352,8 @@ class ToolEstimator:
             F_s=F_s,
             stiffness=self.wrench.thread.stiffness(wrench.thread),
             tip_slip=tip_slip,
+            finger_slip=state.fingers.slid,
+            grip=state.fingers.grip,
             P=pose_covariance(f.P),
             frame=self._verdict(state, measurement),
             status=state.status,

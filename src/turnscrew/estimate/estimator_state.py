@@ -9,6 +9,7 @@ from turnscrew.estimate.contacts import TouchState
 from turnscrew.estimate.correction import Correction
 from turnscrew.estimate.filter_state import FilterState
 from turnscrew.estimate.finger_force import FingerForceState
+from turnscrew.estimate.finger_slip import FingerSlipState
 from turnscrew.estimate.handle_contacts import HandleContacts
 from turnscrew.estimate.joint_smoothing import JointState
 from turnscrew.estimate.refine_step import Refined
@@ -50,6 +51,7 @@ class EstimatorState:
         angle: The screw's angle.
         wrench: The tip wrench's filters.
         slip: The tests for a slip of the tip.
+        fingers: The detector of fingers that slide.
     """
 
     read: Measurement
@@ -73,3 +75,4 @@ class EstimatorState:
     angle: AngleState
     wrench: WrenchState
     slip: SlipState
+    fingers: FingerSlipState

@@ -10,7 +10,7 @@ import numpy as np
 
 from turnscrew.geometry.arrays import Flags
 from turnscrew.geometry.euler import tilt
-from turnscrew.robot.joints import DRIVEN
+from turnscrew.robot.joints import DRIVEN, FINGERS
 from turnscrew.signals import GRIP, Effort, Estimate, Fault, FaultKind, Goal, Measurement, Vision
 
 
@@ -46,7 +46,7 @@ class WatchState:
 
 
 class Strain(NamedTuple):
-    """How near a robot that takes torques is to the end of its strength.
+    """How near the robot is to the end of its strength and of its grip.
 
     Attributes:
         effort: Of this tick: which drives hold the contact forces back, and what of the wrench is lost.
@@ -79,6 +79,10 @@ class Watch:
         eased: Time after which a drive that was at its limit no longer is [s]: a load that comes and goes in a stroke
             is named once.
         unread: Longest time without a number from an encoder or force sensor [s]: five ticks.
+        slid: Way of a fingertip down the handle from which on it slides [m]: the threshold of its detector.
+        spare: Force across its normal that a gripping finger must have to spare before friction gives way [N]: half of
+            what contact forces are chosen with,
+        recovered: and what it must have again before that is over [N].
     """
 
     time_limit: float
@@ -93,6 +97,9 @@ class Watch:
     refused: int = 3
     eased: float = 0.5
     unread: float = 0.05
+    slid: float = 4e-4
+    spare: float = 0.5
+    recovered: float = 0.8
 
     def init(self) -> WatchState:
         """Nothing seen yet."""
@@ -130,6 +137,7 @@ class Watch:
             for kind, evidence in self._ending(following, measurement, estimate, goal, turned)
         )
         lasting = dict(self._lasting(following, measurement, estimate))
+        lasting.update(self._slipping(estimate, goal, strain, FaultKind.FINGER_SLIP in state.lasting))
         strained = dict(self._strained(strain))
         following = replace(following, eased=0.0 if strained else state.eased + dt)
         lasting.update(strained)
@@ -187,6 +195,22 @@ class Watch:
             yield FaultKind.POSE_SUSPECT, f"no number from {unread(measurement)}"
         if estimate.tip_slip >= 1.0:
             yield FaultKind.TIP_SLIP, f"the tip does not stay where it is: signal {estimate.tip_slip:.1f} of 1"
+
+    def _slipping(
+        self, estimate: Estimate, goal: Goal, strain: Strain | None, named: bool
+    ) -> Iterator[tuple[FaultKind, str]]:
+        """Fingers that slide over the handle, or that will if they have to carry any more."""
+        gripping = goal.roles == GRIP
+        slid = np.where(gripping, estimate.finger_slip, 0.0)
+        if slid.max() >= self.slid:
+            name = FINGERS[int(slid.argmax())]
+            yield FaultKind.FINGER_SLIP, f"{name} slides: {slid.max() * 1e3:.1f} mm down the handle"
+        elif strain is not None:
+            # no margin is worked out for a finger that does not grip, and less is asked of one that comes or goes
+            margin = np.where(gripping & (goal.share >= 1.0), strain.effort.margin, np.nan)
+            if (margin < (self.recovered if named else self.spare)).any():
+                row = int(np.nanargmin(margin))
+                yield FaultKind.FINGER_SLIP, f"{FINGERS[row]} is about to slide: {margin[row]:.1f} N to spare"
 
     def _strained(self, strain: Strain | None) -> Iterator[tuple[FaultKind, str]]:
         """Drives at the end of their torque: what they cannot give is left out of the wrench, or cut off."""

@@ -1,0 +1,177 @@
+"""Does a fingertip slide over the handle?  Its way down the handle that neither rolling nor the tool explains.
+
+A fingertip's material point at the contact moves with the tool's while the finger rolls.  What is left of its motion
+along the tool's axis,
+
+    m_i = z . (d_i - dp - dtheta x (c_i - p)),
+
+d_i from the encoders, dtheta and dp from the rolling odometry, is summed up and forgotten in `memory`: the way y_i slid
+lately.  Arm and wrist are read wrong for all fingers alike, so one finger is compared with the others:
+
+    slid_i = h_i - y_i,    h_i = sum_{j /= i} y_j / (k - 1 + (sigma / sigma_h)^2),
+
+h_i the hand's own error as the other k - 1 fingers tell it, for an error of variance sigma_h^2 against sigma^2 of a
+single finger.  It counts downwards, for a finger slides the way it pushes, and all fingers push the tool onto the
+screw: at a tip force of 5 N that is half of what friction has to carry, or more.
+
+Along the axis and not around it: two fingers that hold a handle whose tip is pinned can turn and tilt it so that any
+two ways around it are rolling.  Along it they cannot, for the contacts' motion along their normals tells the tilt.  So
+a finger that slides around the handle is not felt.  What a camera sees of it is a handle that has turned back against
+what the fingers rolled, by an angle z of variance S: a one-sided CUSUM (Page, 1954) over the frames,
+
+    g <- max(0, g + b z / sqrt(S) - b^2 / 2),
+
+the likelihood ratio of a turn by b standard deviations against none.  Which finger has let it turn is not known.
+
+A finger that slides has told that its friction is less than was counted on.  How much less no reading can tell: from
+the direction of a force that is known to 30 deg, friction would follow as anything between .3 and 4.  So the share of
+its friction that a finger is trusted with is lowered in steps, one for every `threshold` that it slides, and regained
+slowly.  Who shares the load lets that finger press more and carry less.
+
+Paper: no counterpart; (13) is what is tested.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import exp, log, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.rotations import cross
+from turnscrew.robot.joints import FINGERS
+
+if TYPE_CHECKING:
+    from turnscrew.robot.model import Fingertips
+
+K = len(FINGERS)
+
+
+@dataclass(frozen=True, slots=True)
+class FingerSlipState:
+    """What the detector remembers.
+
+    Attributes:
+        way: (5,) way of each fingertip up the handle, as read, forgotten by and by [m].
+        held: (5,) for how long each has pressed [s].
+        slid: (5,) way that each has slid down the handle lately, not below 0 [m].
+        told: (5,) by how many thresholds each has been found to slide since it last held.
+        g: The CUSUM of the handle's turning back.
+        around: Way that the handle has been seen to have turned back under the fingers lately [m].
+        grip: (5,) share of the friction counted with that each is trusted with, 0 to 1.
+    """
+
+    way: Array
+    held: Array
+    slid: Array
+    told: Array
+    g: float
+    around: float
+    grip: Array
+
+
+@dataclass(frozen=True, slots=True)
+class FingerSlip:
+    """Parameters of the detector.
+
+    Attributes:
+        memory: Time in which a way slid is forgotten [s]: creep of a held finger, up to 1 mm/s, stays below .15 mm.
+        noise: sigma, of one finger's way [m]: .05 deg of noise at four joints 20 to 80 mm away, half of it smoothed
+            away, is .05 mm; in runs it was found to be .03 to .05 mm.
+        threshold: Way from which on a finger slides [m]: six times the noise of a difference of two.
+        firm: Force from which on a finger holds [N], a third of the lightest squeeze: one that lets go may slide.
+        fresh: Time for which a finger that has just begun to hold is not looked at [s]: its tip settles by .2 mm.
+        shift: b, turn that the CUSUM looks for, in standard deviations: less takes more frames than a slip lasts.
+        alarm_period: Mean time between false alarms that the CUSUM's limit is made for [s], by Wald's bound.
+        frame: Period of the camera's frames [s].
+        lowered: What a finger is trusted with, over what it was, for every threshold that it slides by.
+        least: Least share: drives and skin stand no more than twice or three times the squeeze.
+        regain: Time in which the rest of the trust is regained [s]: the time of three rounds.
+    """
+
+    memory: float = 0.15
+    noise: float = 5e-5
+    threshold: float = 4e-4
+    firm: float = 1.5
+    fresh: float = 0.1
+    shift: float = 4.0
+    alarm_period: float = 1200.0
+    frame: float = 1.0 / 30.0
+    lowered: float = 0.6
+    least: float = 0.35
+    regain: float = 10.0
+
+    def init(self) -> FingerSlipState:
+        """Nothing gripped, every finger trusted."""
+        none = np.zeros(K)
+        return FingerSlipState(none, none, none, none, 0.0, 0.0, np.ones(K))
+
+    def update(
+        self, state: FingerSlipState, moved: Array, level: Array, hand_sigma: float, dt: float
+    ) -> FingerSlipState:
+        """Take in one tick.
+
+        Args:
+            state: Of the last tick.
+            moved: (5,) how far each fingertip has moved up the handle since the last tick; see `moved_along` [m].
+            level: (5,) force of each [N].
+            hand_sigma: sigma_h, by how much the hand is read to have moved within `memory` and has not [m].
+            dt: Time since the last tick [s].
+        """
+        pressing = level > self.firm
+        held = np.where(pressing, state.held + dt, 0.0)
+        way = np.where(pressing, exp(-dt / self.memory) * state.way + moved, 0.0)
+        known = held > self.fresh
+        others = np.count_nonzero(known) - 1
+        slid = np.zeros(K)
+        if others > 0:
+            moves = hand_sigma * hand_sigma
+            hand = moves / (others * moves + self.noise**2) * (float(way[known].sum()) - way)
+            slid = np.where(known, np.maximum(hand - way, 0.0), 0.0)
+        around = exp(-dt / self.memory) * state.around
+        slid = np.where(known, np.maximum(slid, around), 0.0)
+        times = np.floor(slid / self.threshold)
+        told = np.where(slid < 0.5 * self.threshold, 0.0, np.maximum(state.told, times))
+        regained = 1.0 + (state.grip - 1.0) * exp(-dt / self.regain)
+        grip = np.maximum(regained * self.lowered ** np.maximum(told - state.told, 0.0), self.least)
+        return FingerSlipState(way, held, slid, told, state.g, around, grip)
+
+    def seen(self, state: FingerSlipState, back: float, variance: float, radius: float) -> FingerSlipState:
+        """Take in a camera frame.
+
+        Args:
+            state: Before.
+            back: Angle by which it shows the handle turned back against what the fingers have rolled [rad].
+            variance: Of that [rad2].
+            radius: Of the handle [m].
+        """
+        # a way below the threshold is no slide, however sharp the camera
+        sigma = sqrt(variance + (self.threshold / radius) ** 2)
+        limit = log(self.alarm_period / self.frame)
+        g = min(max(state.g + self.shift * (back / sigma - 0.5 * self.shift), 0.0), 2.0 * limit)
+        if g < limit:
+            return replace(state, g=g)
+        around = max(state.around, radius * back)
+        slid = np.where(state.held > self.fresh, np.maximum(state.slid, around), 0.0)
+        return replace(state, g=g, around=around, slid=slid)
+
+
+def moved_along(
+    before: Fingertips, after: Fingertips, c_W: Array, p_WT: Array, dtheta: Array, dp: Array, axis: Array
+) -> Array:
+    """How far each fingertip has moved up the handle: `z . (d - dp - dtheta x (c - p))`, (5,) [m].
+
+    Args:
+        before: Fingertips at the last tick.
+        after: Fingertips now, with the same encoder offsets removed.
+        c_W: (5, 3) contact points at the last tick, in W [m].
+        p_WT: (3,) tip position then, in W [m].
+        dtheta: (3,) rotation of the tool since then, in W [rad].
+        dp: (3,) travel of its tip since then, in W [m].
+        axis: (3,) z of T in W.
+    """
+    turn = after.R_WF @ before.R_WF.transpose(0, 2, 1)
+    d = after.p_WF + (turn @ (c_W - before.p_WF)[:, :, None])[:, :, 0] - c_W - dp
+    return np.asarray(d @ axis - (c_W - p_WT) @ cross(axis, dtheta))
