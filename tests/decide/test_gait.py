@@ -54,7 +54,7 @@ def phases(goals):
 
 
 def test_two_rounds_go_through_all_phases_in_order():
-    order = [str(phase) for phase in Phase]
+    order = [str(phase) for phase in Phase if phase is not Phase.HOLD]
     assert phases(play(2)) == [*order, *order[1:], "roll"]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from turnscrew.decide import planner, planner_refine
-from turnscrew.decide.plan import Handle
+from turnscrew.decide.plan import Course, Handle
 from turnscrew.decide.plan_requirements import REQUIRED
 from turnscrew.decide.planner import grip_of, make_plan
 from turnscrew.decide.planner_clearance import clearance, gap_rows
@@ -152,6 +152,15 @@ def test_plans_on_demand(radius: float, tmp_path: Path, monkeypatch: pytest.Monk
     assert plan.verify() == []
     assert np.degrees(plan.stroke) >= 53.99
     assert told
+
+
+@pytest.mark.slow
+def test_shipped_stroke_is_what_its_command_makes() -> None:
+    shipped = plan_for(0.0125, course=Course.STROKE)
+    made = plan_for(0.0125, course=Course.STROKE, fresh=True)
+    for finger, rows in made.roll.items():
+        # IPOPT's tolerance; other builds of its linear solver differ in the last digits
+        np.testing.assert_allclose(rows, shipped.roll[finger], atol=1e-3)
 
 
 @pytest.mark.slow

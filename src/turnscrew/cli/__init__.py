@@ -17,6 +17,7 @@ import typer
 from turnscrew import __version__
 from turnscrew.cli.envelope import envelope
 from turnscrew.cli.options import FileArgument, SeedOption, SetOption
+from turnscrew.cli.stroke import stroke
 from turnscrew.cli.study import study_app
 from turnscrew.errors import TurnscrewError
 
@@ -163,22 +164,27 @@ def plan(
     length: Annotated[float, typer.Option("--length", help="Length of the handle [m].")] = 0.10,
     middle: Annotated[float, typer.Option("--middle", help="Height of its middle above the tip [m].")] = 0.125,
     shaft_radius: Annotated[float, typer.Option("--shaft-radius", help="Radius of the shaft [m].")] = 0.003,
+    stroke: Annotated[bool, typer.Option("--stroke", help="One long stroke of two fingers instead.")] = False,
     fresh: Annotated[bool, typer.Option("--fresh", help="Plan anew, even if a plan is at hand.")] = False,
     out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="Write the plan there as JSON.")] = None,
 ) -> int:
     """Plan the finger gait for a handle, or find it among the plans at hand."""
     from rich.console import Console
 
+    from turnscrew.decide.plan import Course
     from turnscrew.decide.plan_file import save
     from turnscrew.decide.plans import plan_for
 
+    course = Course.STROKE if stroke else Course.ROUND
+
     with Console(stderr=True).status("planning") as status:
         found = plan_for(
-            radius, length=length, middle=middle, shaft_radius=shaft_radius, fresh=fresh, progress=status.update
-        )
+            radius, length=length, middle=middle, shaft_radius=shaft_radius, course=course, fresh=fresh,
+            progress=status.update,
+        )  # fmt: skip
     rows = [
         ("handle radius", f"{found.radius * 1000:g} mm"),
-        ("stroke", f"{math.degrees(found.stroke):.0f} deg a round"),
+        ("stroke", f"{math.degrees(found.stroke):.0f} deg"),
     ]
     rows += [(name, f"{margin:.4g}") for name, margin in found.margins.items()]
     if out is not None:
@@ -189,6 +195,7 @@ def plan(
 
 
 app.command()(envelope)
+app.command()(stroke)
 
 
 @app.command()

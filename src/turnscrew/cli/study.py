@@ -134,14 +134,29 @@ def give_way(
         list[str] | None,
         typer.Option("--forces", help='Of "surest" and "controller" this choice of contact forces only; repeatable.'),
     ] = None,
+    radius: Annotated[
+        list[float] | None, typer.Option("--radius", help="Handles of this radius instead [m]; repeatable.")
+    ] = None,
+    friction: Annotated[
+        list[float] | None, typer.Option("--friction", help="Friction of a fingertip on them; repeatable. 1 without.")
+    ] = None,
+    squeeze: Annotated[float, typer.Option("--squeeze", metavar="N", help="Their largest squeeze [N].")] = 12.0,
+    torque: Annotated[
+        float | None, typer.Option("--at", metavar="N.m", help="Also tell how the grasps stand at this torque.")
+    ] = None,
     jobs: JobsOption = 1,
     out: TablesOption = Path("runs/envelope-study"),
 ) -> int:
-    """Put grasps into the simulated cell, raise the torque until they give way, and compare with what was predicted."""
+    """Put grasps into the simulated cell, raise the torque until they give way, and compare with what was predicted.
+
+    Without --radius it takes 14 combinations of radius, friction and squeeze.
+    """
     from turnscrew.show.give_way_report import report
     from turnscrew.study.envelope.study import COMBINATIONS, chosen_forces, chosen_grips, parts
 
-    report(parts(COMBINATIONS, chosen_grips(grips), chosen_forces(forces), out), jobs, out, wide_console())
+    chosen = [(r, mu, squeeze) for r in radius or () for mu in friction or (1.0,)]
+    todo = parts(chosen or COMBINATIONS, chosen_grips(grips), chosen_forces(forces), out)
+    report(todo, jobs, out, wide_console(), torque)
     return 0
 
 

@@ -8,14 +8,17 @@ from enum import StrEnum
 import numpy as np
 
 from turnscrew.decide.placing import Placing
-from turnscrew.decide.plan import ROLLING, SUPPORTING, GaitPlan
+from turnscrew.decide.plan import ROLLING, SUPPORTING, Course, GaitPlan
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.robot.joints import FINGERS
-from turnscrew.signals import Estimate, Goal, Role
+from turnscrew.signals import FREE, GRIP, REACH, Estimate, Goal
 
 
 class Phase(StrEnum):
-    """A round of the gait, in order; SETTLE comes once, before the first."""
+    """A round of the gait, in order; SETTLE comes once, before the first.
+
+    One long stroke is SETTLE, ROLL and HOLD.
+    """
 
     SETTLE = "settle"
     ROLL = "roll"
@@ -26,11 +29,15 @@ class Phase(StrEnum):
     RETURN = "return"
     REGRIP = "regrip"
     REMOVE = "remove"
+    HOLD = "hold"
 
 
 ORDER = tuple(Phase)
 TH_MF = np.array([finger in ROLLING for finger in FINGERS])
 FF_RF = np.array([finger in SUPPORTING for finger in FINGERS])
+HELD_BY_TH_MF = (Phase.ROLL, Phase.ADD, Phase.HOLD)
+"""Phases in which thumb and middle finger are where the roll has brought them."""
+
 FIRST_SHARE = 0.1
 """Share of the load that a finger takes when it has just touched: .4 N of squeeze, what it touched with."""
 
@@ -72,6 +79,7 @@ class Gait:
         tip_force: Wanted force on the tip [N], found by trial: less lets the blade ride up, more costs friction.
         ramp: Time of the turning speed's rise and fall [s]: a tenth of a stroke.
         settle: Time for the first grip to build up [s].
+        held: Time for which the end of a long stroke is held before it counts [s].
         add: Time in which FF and RF come before the handle [s].
         take: Time in which a touching pair takes its share of the load, or gives it up [s].
         leave: Time in which a pair lifts off [s].
@@ -91,6 +99,7 @@ class Gait:
     tip_force: float = 5.0
     ramp: float = 0.1
     settle: float = 0.6
+    held: float = 0.5
     add: float = 0.3
     take: float = 0.2
     leave: float = 0.25
@@ -130,10 +139,16 @@ class Gait:
         state = replace(state, clock=state.clock + dt, rolled=rolled, gripping=self._gripping(state, estimate))
         goal = self._goal(state, estimate)
         if self._is_over(state, estimate):
-            completed = state.round + (state.phase is Phase.REMOVE)
-            following = Phase.ROLL if state.phase is Phase.REMOVE else ORDER[ORDER.index(state.phase) + 1]
-            state = replace(state, phase=following, round=completed, clock=0.0)
+            completed = state.round + (state.phase in (Phase.REMOVE, Phase.HOLD))
+            state = replace(state, phase=self._following(state.phase), round=completed, clock=0.0)
         return state, goal
+
+    def _following(self, phase: Phase) -> Phase:
+        if phase is Phase.REMOVE:
+            return Phase.ROLL
+        if phase is Phase.HOLD or (phase is Phase.ROLL and self.plan.course is Course.STROKE):
+            return Phase.HOLD
+        return ORDER[ORDER.index(phase) + 1]
 
     def _enter(self, state: GaitState, estimate: Estimate) -> GaitState:
         """Start of a phase: remember where the fingers are, and aim at where the handle is."""
@@ -142,10 +157,10 @@ class Gait:
             target = self.placing.before_handle(self.plan.adding(1.0), SUPPORTING, estimate, self.standoff)
         elif phase is Phase.RELOCATE:
             target = self.placing.before_handle(self.plan.returning(1.0), ROLLING, estimate, self.standoff)
+        elif phase is Phase.LEAVE:
+            target = self.plan.leaving(1.0)
         else:
-            target = {Phase.LEAVE: self.plan.leaving(1.0), Phase.REMOVE: self.plan.rolling(0.0)}.get(
-                phase, state.q_target
-            )
+            target = self.plan.rolling(0.0) if phase is Phase.REMOVE else state.q_target
         rolled = 0.0 if phase is Phase.ROLL else state.rolled
         return replace(state, q_from=estimate.q, q_target=target, rolled=rolled)
 
@@ -212,10 +227,10 @@ class Gait:
 
     def _goal(self, state: GaitState, estimate: Estimate) -> Goal:
         reaching = self._reaching(state)
-        roles = np.where(state.gripping, Role.GRIP, np.where(reaching, Role.REACH, Role.FREE))
+        roles = np.where(state.gripping, GRIP, np.where(reaching, REACH, FREE))
         share = self._share(state)
         moves_arm = state.phase in (Phase.SETTLE, Phase.ROLL)
-        progress = state.rolled / self.plan.stroke if state.phase in (Phase.ROLL, Phase.ADD) else 0.0
+        progress = state.rolled / self.plan.stroke if state.phase in HELD_BY_TH_MF else 0.0
         return Goal(
             phase=state.phase,
             round=state.round,
@@ -240,6 +255,7 @@ class Gait:
         duration = {
             Phase.SETTLE: self.settle, Phase.SUPPORT: self.take, Phase.LEAVE: self.take + self.leave,
             Phase.RELOCATE: self.relocate, Phase.REGRIP: self.take, Phase.REMOVE: self.take + self.leave,
+            Phase.HOLD: self.held,
         }[phase]  # fmt: skip
         return clock >= duration
 

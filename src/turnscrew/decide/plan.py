@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 import numpy as np
 
@@ -24,6 +25,15 @@ SUPPORTING = ("FF", "RF")
 PLACES = {finger: list(finger_joints(finger)) for finger in FINGERS}
 FOLLOWERS, LEADERS = [INDEX[joint] for joint in COUPLED], [INDEX[joint] for joint in COUPLED.values()]
 """Places in a joint vector: of each finger's driven joints, and of coupled joints and those that lead them."""
+
+
+class Course(StrEnum):
+    """What a plan is for."""
+
+    ROUND = "round"
+    """A whole round of the gait."""
+    STROKE = "stroke"
+    """One stroke of thumb and middle finger, as long as their joints allow; the others keep out of the way."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +55,9 @@ class Handle:
 
 @dataclass(frozen=True)
 class GaitPlan:
-    """One round of the finger gait for one handle, as postures of the robot.
+    """One round of the finger gait for one handle, as postures of the robot; or one long stroke alone.
+
+    The plan of a stroke has nobody who takes over: its `relocation` and `hold` are empty.
 
     A finger's posture lists its driven joints, palm outwards (`finger_joints`): FF, MF, RF have J4, J3, J2 (J1 = J2);
     LF has J5 first; TH has THJ5..THJ1.
@@ -80,6 +92,11 @@ class GaitPlan:
     parked: Mapping[str, Array]
     margins: Mapping[str, float] = field(default_factory=dict)
     command: str = ""
+
+    @property
+    def course(self) -> Course:
+        """What the plan is for."""
+        return Course.ROUND if self.hold else Course.STROKE
 
     @property
     def radius(self) -> float:

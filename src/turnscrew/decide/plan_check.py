@@ -12,8 +12,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from turnscrew.decide.plan import ROLLING, SUPPORTING, GaitPlan
-from turnscrew.decide.plan_requirements import REQUIRED, Near
+from turnscrew.decide.plan import ROLLING, SUPPORTING, Course, GaitPlan
+from turnscrew.decide.plan_requirements import REQUIRED, STROKE, Near, Requirements
 from turnscrew.decide.plan_scene import Stance, gaps, palm_gap
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.chain import robot_chain
@@ -87,6 +87,11 @@ def touch(plan: GaitPlan, q: Array, finger: str) -> Touch:
     return Touch(gap, height, n, point, float(n @ z), lever, R[tip.body], p_F)
 
 
+def required(plan: GaitPlan) -> Requirements:
+    """What a plan has to keep to."""
+    return REQUIRED if plan.course is Course.ROUND else STROKE
+
+
 def violations(plan: GaitPlan) -> list[str]:
     """Requirements that a plan breaks, one line each with its figure."""
     return [*_limits(plan), *_contacts(plan), *_slips(plan), *_clearances(plan), *_lifts(plan)]
@@ -97,27 +102,31 @@ def margins(plan: GaitPlan) -> dict[str, float]:
     least = _least_gaps(plan)
     rolled = [plan.rolling(s) for s in np.linspace(0.0, 1.0, SAMPLES)]
     pairs = [(touch(plan, q, "TH"), touch(plan, q, "MF")) for q in rolled]
-    hold = touch(plan, plan.adding(1.0), "FF"), touch(plan, plan.adding(1.0), "RF")
     count = len(ARM) + len(WRIST)
     low, high = robot_chain().limits[:count].T
-    return {
+    found = {
         "finger_joints": min(float(_joint_margin(q).min()) for q in _postures(plan)),
         "arm_joints": float(np.minimum(plan.arm - low, high - plan.arm).min()),
         "tool_clearance": least[Near.TOOL][0],
         "own_clearance": least[Near.OWN][0],
         "finger_clearance": least[Near.HAND][0],
         "opposition": max(float(one.n @ other.n) for one, other in pairs),
-        "hold_opposition": float(hold[0].n @ hold[1].n),
         "level": max(abs(one.height - other.height) for one, other in pairs),
-        "hold_level": abs(hold[0].height - hold[1].height),
         "rolling_slip": max(slip(plan, finger) for finger in ROLLING),
     }
+    if plan.course is Course.ROUND:
+        hold = touch(plan, plan.adding(1.0), "FF"), touch(plan, plan.adding(1.0), "RF")
+        found["hold_opposition"] = float(hold[0].n @ hold[1].n)
+        found["hold_level"] = abs(hold[0].height - hold[1].height)
+    return found
 
 
 def contact_heights(plan: GaitPlan) -> dict[str, float]:
     """Height above the tip at which each finger touches: TH and MF at the roll's start, FF and RF holding [m]."""
-    q = plan.adding(1.0, rolled=0.0)
-    return {finger: plan.handle.middle + touch(plan, q, finger).height for finger in ("TH", "FF", "MF", "RF")}
+    q, fingers = plan.rolling(0.0), [*ROLLING]
+    if plan.course is Course.ROUND:
+        q, fingers = plan.adding(1.0, rolled=0.0), ["TH", "FF", "MF", "RF"]
+    return {finger: plan.handle.middle + touch(plan, q, finger).height for finger in fingers}
 
 
 def slip(plan: GaitPlan, finger: str) -> float:
@@ -144,8 +153,11 @@ def slip(plan: GaitPlan, finger: str) -> float:
 
 def _phases(plan: GaitPlan) -> tuple[tuple[str, Callable[[float], Array], tuple[str, ...]], ...]:
     everyone = (*ROLLING, *SUPPORTING)
+    rolling = ("rolling", plan.rolling, ROLLING)
+    if plan.course is Course.STROKE:
+        return (rolling,)
     return (
-        ("rolling", plan.rolling, ROLLING),
+        rolling,
         ("adding", plan.adding, everyone),
         ("leaving", plan.leaving, everyone),
         ("relocating", plan.relocating, SUPPORTING),
@@ -173,16 +185,16 @@ def _limits(plan: GaitPlan) -> list[str]:
         for finger in (*ROLLING, *SUPPORTING):
             for joint in finger_joints(finger):
                 margin = float(min(q[joint] - limits[joint, 0], limits[joint, 1] - q[joint]))
-                if margin < REQUIRED.joint_margin - BETWEEN_KNOTS:
+                if margin < required(plan).joint_margin - BETWEEN_KNOTS:
                     found[names[joint]] = min(margin, found.get(names[joint], margin))
     for joint, angle in enumerate(plan.arm):
         margin = float(min(angle - limits[joint, 0], limits[joint, 1] - angle))
-        if margin < REQUIRED.joint_margin:
+        if margin < required(plan).joint_margin:
             found[names[joint]] = margin
     broken = [f"{name} comes within {margin:.3f} rad of its limit" for name, margin in found.items()]
     bend = -float(plan.roll["TH"][:, -1].max())
-    if bend < REQUIRED.thumb_bend - BETWEEN_KNOTS:
-        broken.append(f"the thumb's last joint bends by {bend:.3f} rad only, less than {REQUIRED.thumb_bend:g}")
+    if bend < required(plan).thumb_bend - BETWEEN_KNOTS:
+        broken.append(f"the thumb's last joint bends by {bend:.3f} rad only, less than {required(plan).thumb_bend:g}")
     return broken
 
 
@@ -194,11 +206,12 @@ def _contacts(plan: GaitPlan) -> list[str]:
         thumb, middle = touch(plan, q, "TH"), touch(plan, q, "MF")
         found += _pair(f"rolling {s:.2f}", thumb, middle, REQUIRED.opposition, REQUIRED.rolling_side, REQUIRED.level)
         found += _below(f"rolling {s:.2f}: MF's lever", middle.lever, REQUIRED.rolling_lever)
-    q = plan.adding(1.0)
-    first, ring = touch(plan, q, "FF"), touch(plan, q, "RF")
-    found += _pair("holding", first, ring, REQUIRED.hold_opposition, REQUIRED.holding_side, REQUIRED.hold_level)
-    found += _below("holding: FF's lever", first.lever, REQUIRED.holding_lever)
-    found += _below("holding: RF's lever", ring.lever, REQUIRED.holding_lever)
+    if plan.course is Course.ROUND:
+        q = plan.adding(1.0)
+        first, ring = touch(plan, q, "FF"), touch(plan, q, "RF")
+        found += _pair("holding", first, ring, REQUIRED.hold_opposition, REQUIRED.holding_side, REQUIRED.hold_level)
+        found += _below("holding: FF's lever", first.lever, REQUIRED.holding_lever)
+        found += _below("holding: RF's lever", ring.lever, REQUIRED.holding_lever)
     for finger, height in contact_heights(plan).items():
         inside = plan.handle.length / 2 - abs(height - plan.handle.middle)
         # 0.1 mm: these are the roll's start, which the planner's knots hold to a tenth of that
@@ -254,7 +267,9 @@ def _clearances(plan: GaitPlan) -> list[str]:
 
 def _lifts(plan: GaitPlan) -> list[str]:
     """Fingers that leave must get away from the handle steadily, and far enough."""
-    found = []
+    found: list[str] = []
+    if plan.course is Course.STROKE:
+        return found
     ways = (
         ("leaving", plan.leaving, ROLLING, REQUIRED.lift),
         ("returning backwards", lambda s: plan.returning(1.0 - s), ROLLING, REQUIRED.lift),

@@ -50,6 +50,14 @@ class Requirements:
             a handle that stands farther away than planned; with .9 rad it reaches in all of 200 draws of the
             calibration error, with .7 in 98 %, with .4 in 73 % (radius 12 and 15 mm).
         edge: Least distance of a contact from the handle's ends [m].
+        sideways: Largest sine by which the tool's axis may lean to the side of the palm, what wrist and arm can make up
+            for.
+        down: The same for fingers that point down.
+        load: Squeeze of TH and MF that their drives must be able to give at every posture of the roll, with the share
+            `load_friction` of it across the normal, to turn the handle and to press it down [N]; 0: not asked for.
+        load_friction: See `load`.
+        load_thrust: What each of the two presses the handle down with [N]: half of 5 N on the tip, less the weight.
+        load_share: Share of a drive's torque that may be used for it; the rest moves the finger.
     """
 
     joint_margin: float = 0.11
@@ -69,6 +77,12 @@ class Requirements:
     cleared: float = 0.8
     thumb_bend: float = 0.8
     edge: float = 0.009
+    sideways: float = 0.3
+    down: float = 0.5
+    load: float = 0.0
+    load_friction: float = 0.8
+    load_thrust: float = 2.1
+    load_share: float = 0.8
 
     def clearance(self, near: Near) -> float:
         """Least gap of a kind [m]."""
@@ -76,3 +90,7 @@ class Requirements:
 
 
 REQUIRED = Requirements()
+
+STROKE = Requirements(joint_margin=0.05, thumb_bend=0.4, sideways=0.6, down=0.45, load=10.0)
+"""For one stroke of two fingers.  Nobody has to reach for the handle: .05 rad are 2 mm at a lever of 40.  10 N with .8
+of friction 1 turn a handle of 12.5 mm by .19 N.m."""

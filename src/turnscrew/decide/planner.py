@@ -13,11 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from turnscrew.decide.plan import ROLLING, SUPPORTING, GaitPlan, Handle, between
+from turnscrew.decide.plan import ROLLING, SUPPORTING, Course, GaitPlan, Handle, between
 from turnscrew.decide.plan_check import contact_heights, margins
 from turnscrew.decide.plan_requirements import REQUIRED
 from turnscrew.decide.planner_arm import stand
-from turnscrew.decide.planner_problem import LEAST_TILT, MOST_TILT
+from turnscrew.decide.planner_problem import within_tilt
 from turnscrew.decide.planner_refine import Progress, Round, refine
 from turnscrew.decide.planner_roll import dense_roll
 from turnscrew.decide.planner_round import KNOTS, PARKED, Unknowns, finger_of, in_order, roll_knot
@@ -115,12 +115,12 @@ def _changed(grip: Unknowns, rng: np.random.Generator) -> Unknowns:
             low, high = limits[list(finger_joints(finger))].T
             changed[name] = np.clip(value + turn[finger], low, high)
     changed["c"] = grip["c"] + rng.normal(0.0, SPREAD_PLACE, 3)
-    changed["u"] = np.clip(grip["u"] + rng.normal(0.0, SPREAD_TILT, 2), LEAST_TILT, MOST_TILT)
+    changed["u"] = within_tilt(grip["u"] + rng.normal(0.0, SPREAD_TILT, 2), REQUIRED)
     return in_order(grip | changed)
 
 
-def grip_of(plan: GaitPlan) -> Unknowns:
-    """The planner's unknowns in a plan."""
+def grip_of(plan: GaitPlan, course: Course = Course.ROUND) -> Unknowns:
+    """The planner's unknowns in a plan: of a round, or what one stroke has of them."""
     chain = robot_chain()
     p, R = chain.place(plan.rolling(0.0))
     p_WH, R_WH = p[chain.palm], R[chain.palm]
@@ -131,22 +131,25 @@ def grip_of(plan: GaitPlan) -> Unknowns:
         "stroke": np.array([plan.stroke]),
     }
     for finger in ROLLING:
-        for knot in range(KNOTS):
-            unknowns[roll_knot(finger, knot)] = between(plan.roll[finger], knot / (KNOTS - 1))
-        for place, s in (("lift", 0.0), ("mid", 0.5), ("front", 1.0)):
+        for knot in range(KNOTS[course]):
+            unknowns[roll_knot(finger, knot)] = between(plan.roll[finger], knot / (KNOTS[course] - 1))
+        for place, s in (("lift", 0.0), ("mid", 0.5), ("front", 1.0)) if course is Course.ROUND else ():
             unknowns[f"{finger}_{place}"] = between(plan.relocation[finger], s)
     for finger in SUPPORTING:
-        unknowns |= {f"{finger}_hold": plan.hold[finger], f"{finger}_retreat": plan.retreat[finger]}
-    return in_order(unknowns)
+        unknowns[f"{finger}_retreat"] = plan.retreat[finger]
+        if course is Course.ROUND:
+            unknowns[f"{finger}_hold"] = plan.hold[finger]
+    return in_order(unknowns, course)
 
 
 def assemble(found: Round, rng: np.random.Generator, command: str) -> GaitPlan:
-    """The plan of a round: the roll made dense, the arm placed, the margins measured.
+    """The plan of a round or a stroke: the roll made dense, the arm placed, the margins measured.
 
     Raises:
         PlanError: The arm cannot hold the palm like that.
     """
-    unknowns, handle = found.unknowns, found.handle
+    unknowns, handle, course = found.unknowns, found.handle, found.course
+    leaving, holding = (ROLLING, SUPPORTING) if course is Course.ROUND else ((), ())
     where = stand(RobotModel(), handle, unknowns, rng)
     plan = GaitPlan(
         handle=handle,
@@ -155,9 +158,9 @@ def assemble(found: Round, rng: np.random.Generator, command: str) -> GaitPlan:
         p_WS=where.p_WS,
         R_WT=np.eye(3),
         arm=where.arm,
-        roll=dense_roll(handle, unknowns),
-        relocation={f: np.array([unknowns[f"{f}_{place}"] for place in ("lift", "mid", "front")]) for f in ROLLING},
-        hold={finger: unknowns[f"{finger}_hold"] for finger in SUPPORTING},
+        roll=dense_roll(handle, unknowns, course),
+        relocation={f: np.array([unknowns[f"{f}_{place}"] for place in ("lift", "mid", "front")]) for f in leaving},
+        hold={finger: unknowns[f"{finger}_hold"] for finger in holding},
         retreat={finger: unknowns[f"{finger}_retreat"] for finger in SUPPORTING},
         parked={"LF": PARKED},
         command=command,

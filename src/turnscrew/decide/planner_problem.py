@@ -18,19 +18,20 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from turnscrew.decide.plan import ROLLING, SUPPORTING, Handle
+from turnscrew.decide.plan import ROLLING, SUPPORTING, Course, Handle
 from turnscrew.decide.plan_requirements import Near, Requirements
 from turnscrew.decide.planner_clearance import Nearness, gap_rows
 from turnscrew.decide.planner_kinematics import finger_kinematics
-from turnscrew.decide.planner_round import KNOTS, LAST, Moment, Unknowns, axis, finger_of, roll_knot, sizes
+from turnscrew.decide.planner_round import KNOTS, Moment, Unknowns, axis, finger_of, roll_knot, sizes
 from turnscrew.decide.planner_rows import Outcome, Rows, Wish
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.chain import robot_chain
-from turnscrew.robot.joints import finger_joints
+from turnscrew.robot.joints import JOINTS, finger_joints
+from turnscrew.robot.motors import drive_limit
 
-LEAST_TILT, MOST_TILT = np.array([-0.3, -0.5]), np.array([0.3, 0.1])
-"""Bounds on x and z of the tool's axis in the palm frame, what wrist and arm can make up for: 17 deg sideways, fingers
-30 deg down or 6 deg up; further up, the forearm would come down to the bench."""
+UP = 0.1
+"""Largest z of the tool's axis in the palm frame, fingers 6 deg up: further up, the forearm would come down to the
+bench."""
 
 STEP_ANGLE, STEP_PLACE, STEP_TILT = 0.25, 0.010, 0.1
 """Largest change of a joint [rad], the handle's place [m] and the tool's axis in one step of full length."""
@@ -59,6 +60,12 @@ class _Contact:
     n: ca.SX
     height: ca.SX
     J: ca.SX
+    J_w: ca.SX
+
+
+def within_tilt(u: Array, need: Requirements) -> Array:
+    """The tool's axis (2,), x and z in the palm frame, within what wrist and arm can make up for."""
+    return np.clip(u, [-need.sideways, -need.down], [need.sideways, UP])
 
 
 class Program:
@@ -72,24 +79,32 @@ class Program:
         start: Present values of the unknowns.
         wish: What to maximise.
         step: Length of the step allowed, 1 for full.
+        course: What is planned.
     """
 
     def __init__(
         self, handle: Handle, need: Requirements, moments: Sequence[Moment], near: Sequence[Nearness],
         start: Unknowns, wish: Wish, step: float,
+        course: Course = Course.ROUND,
     ) -> None:  # fmt: skip
-        self._handle, self._need, self._start = handle, need, start
-        self._v = {name: ca.SX.sym(name, size) for name, size in sizes().items()}
+        self._handle, self._need, self._start, self._last = handle, need, start, KNOTS[course] - 1
+        self._sizes = sizes(course)
+        self._v = {name: ca.SX.sym(name, size) for name, size in self._sizes.items()}
         self._u = ca.vertcat(*axis(self._v["u"], ca.sqrt))
         self._margin, self._extra = ca.SX.sym("margin"), ca.SX.sym("extra")
         self._rows = Rows()
+        self._spin = ca.SX(0.0)
         contacts = self._roll()
-        self._support()
-        self._lift(contacts)
+        if course is Course.ROUND:
+            self._support()
+            self._lift(contacts)
         self._limits()
         self._clear(near, moments)
         self._objective = self._smoothness() - (
-            wish.stroke * self._v["stroke"] + wish.margin * self._margin + wish.clearance * self._extra * CENTIMETRE
+            wish.stroke * self._v["stroke"]
+            + wish.margin * self._margin
+            + wish.clearance * self._extra * CENTIMETRE
+            - wish.spin * self._spin
         )
         self._low, self._high = self._bounds(wish, step)
 
@@ -109,7 +124,7 @@ class Program:
         )
         values, g = np.array(answer["x"]).ravel(), np.array(answer["g"]).ravel()
         unknowns, place = {}, 0
-        for name, size in sizes().items():
+        for name, size in self._sizes.items():
             unknowns[name] = values[place : place + size]
             place += size
         excess = np.maximum(np.array(rows.low) - g, g - np.array(rows.high))
@@ -137,12 +152,12 @@ class Program:
         rows.least("edge", height * CENTIMETRE, -room * CENTIMETRE)
         arm = -robot_chain().tips[finger].rho * n
         J = J_p + ca.horzcat(*[ca.cross(J_w[:, k], arm) for k in range(J_w.shape[1])])
-        return _Contact(name, tip, n, height, J)
+        return _Contact(name, tip, n, height, J, J_w)
 
     def _roll(self) -> dict[str, _Contact]:
         rows, need = self._rows, self._need
         contacts: dict[str, _Contact] = {}
-        for knot in range(KNOTS):
+        for knot in range(self._last + 1):
             for finger in ROLLING:
                 name = roll_knot(finger, knot)
                 now = contacts[name] = self._touch(finger, name, need.rolling_side)
@@ -153,15 +168,29 @@ class Program:
             thumb, middle = contacts[roll_knot("TH", knot)], contacts[roll_knot("MF", knot)]
             rows.most("opposition", ca.dot(thumb.n, middle.n), need.opposition)
             self._level("level", thumb, middle, need.level)
+            if need.load > 0.0:
+                self._drives(thumb, "TH")
+                self._drives(middle, "MF")
             lever = middle.tip[2] - finger_kinematics("MF").knuckle[2]
             rows.least("lever", lever * CENTIMETRE, need.rolling_lever * CENTIMETRE)
         return contacts
 
+    def _drives(self, contact: _Contact, finger: str) -> None:
+        """The finger's drives give the pinch that the roll has to end with."""
+        need = self._need
+        along = np.sqrt((need.load_friction * need.load) ** 2 - need.load_thrust**2)
+        f = -need.load * contact.n - along * ca.cross(self._u, contact.n) - need.load_thrust * self._u
+        tau = contact.J.T @ f
+        most = np.array([drive_limit(JOINTS[joint]) for joint in finger_joints(finger)])
+        self._rows.most("drives", tau / most, need.load_share)
+        self._rows.least("drives", tau / most, -need.load_share)
+
     def _no_slip(self, before: _Contact, now: _Contact, finger: str, knot: int) -> None:
         turned = self._v[roll_knot(finger, knot)] - self._v[roll_knot(finger, knot - 1)]
         tangent = ca.cross(self._u, (before.n + now.n) / 2)
-        slip = (before.J + now.J) @ turned / 2 + self._v["stroke"] / LAST * self._handle.radius * tangent
+        slip = (before.J + now.J) @ turned / 2 + self._v["stroke"] / self._last * self._handle.radius * tangent
         self._rows.zero(ca.vertcat(ca.dot(slip, tangent), ca.dot(slip, self._u)) * CENTIMETRE)
+        self._spin += self._last * (ca.dot(before.n + now.n, (before.J_w + now.J_w) @ turned) / 4) ** 2
 
     def _level(self, group: str, one: _Contact, other: _Contact, bound: float) -> None:
         difference = (one.height - other.height) * CENTIMETRE
@@ -182,7 +211,7 @@ class Program:
 
     def _lift(self, contacts: dict[str, _Contact]) -> None:
         for finger in ROLLING:
-            for place, knot in (("lift", LAST), ("front", 0)):
+            for place, knot in (("lift", self._last), ("front", 0)):
                 contact = contacts[roll_knot(finger, knot)]
                 # 45 deg off the normal at most: a guarded approach must meet the handle where it was planned to
                 self._leave("lift", finger, contact, f"{finger}_{place}", self._need.lift, 0.7)
@@ -226,11 +255,12 @@ class Program:
         v, limits = self._v, robot_chain().limits
         total = 0.05 * ca.sumsqr(v["u"])
         for finger in ROLLING:
-            for knot in range(1, LAST):
+            for knot in range(1, self._last):
                 bend = v[roll_knot(finger, knot + 1)] - 2 * v[roll_knot(finger, knot)] + v[roll_knot(finger, knot - 1)]
-                total += 0.1 * LAST**2 * ca.sumsqr(bend)
-            middle = (v[f"{finger}_lift"] + v[f"{finger}_front"]) / 2
-            total += 0.01 * ca.sumsqr(v[f"{finger}_mid"] - middle)
+                total += 0.1 * self._last**2 * ca.sumsqr(bend)
+            if f"{finger}_mid" in v:
+                middle = (v[f"{finger}_lift"] + v[f"{finger}_front"]) / 2
+                total += 0.01 * ca.sumsqr(v[f"{finger}_mid"] - middle)
         for name, angles in v.items():
             finger_name = finger_of(name)
             if finger_name is not None:
@@ -240,13 +270,13 @@ class Program:
 
     def _bounds(self, wish: Wish, step: float) -> tuple[Array, Array]:
         low, high = [], []
-        for name, size in sizes().items():
+        for name, size in self._sizes.items():
             reach = {"u": STEP_TILT, "c": STEP_PLACE}.get(name, STEP_ANGLE) * step
             least, most = self._start[name] - reach, self._start[name] + reach
             if name == "stroke":
                 least, most = np.full(size, wish.least_stroke), np.full(size, wish.most_stroke)
             elif name == "u":
-                least, most = np.clip(least, LEAST_TILT, MOST_TILT), np.clip(most, LEAST_TILT, MOST_TILT)
+                least, most = (within_tilt(bound, self._need) for bound in (least, most))
             low.append(least)
             high.append(most)
         margin = self._need.joint_margin

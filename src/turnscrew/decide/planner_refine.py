@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turnscrew.decide.plan import Handle
+from turnscrew.decide.plan import Course, Handle
 from turnscrew.decide.plan_requirements import Near, Requirements
 from turnscrew.decide.planner_clearance import Clearance, clearance
 from turnscrew.decide.planner_problem import Program
@@ -36,7 +36,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Round:
-    """A round of the gait in the palm frame.
+    """A round of the gait, or a stroke, in the palm frame.
 
     Attributes:
         handle: What is held.
@@ -45,6 +45,7 @@ class Round:
         clearance: At these postures.
         missed: Sum of slacks and violations of the last step.
         steps: Programs solved.
+        course: What was planned.
     """
 
     handle: Handle
@@ -53,6 +54,7 @@ class Round:
     clearance: Clearance
     missed: float
     steps: int
+    course: Course = Course.ROUND
 
     @property
     def keeps(self) -> bool:
@@ -67,7 +69,10 @@ class Round:
         return float(self.unknowns["stroke"][0])
 
 
-def refine(handle: Handle, need: Requirements, start: Unknowns, wish: Wish, progress: Progress | None = None) -> Round:
+def refine(
+    handle: Handle, need: Requirements, start: Unknowns, wish: Wish, progress: Progress | None = None,
+    course: Course = Course.ROUND,
+) -> Round:  # fmt: skip
     """The round that the sequence settles on, from a start that may break every requirement.
 
     Args:
@@ -76,15 +81,16 @@ def refine(handle: Handle, need: Requirements, start: Unknowns, wish: Wish, prog
         start: Values of all unknowns.
         wish: What to maximise.
         progress: Told of each step in a line.
+        course: What is planned.
     """
-    watched = moments()
+    watched = moments(course)
     unknowns, last = start, np.inf
     near = clearance(watched, unknowns, handle)
     for step in range(1, MOST_STEPS + 1):
         length = SHORTEN ** max(0, step - FREE_STEPS)
-        outcome = Program(handle, need, watched, near.points, unknowns, wish, length).solve()
+        outcome = Program(handle, need, watched, near.points, unknowns, wish, length, course).solve()
         if not np.isfinite(outcome.missed):
-            return Round(handle, need, unknowns, near, np.inf, step)
+            return Round(handle, need, unknowns, near, np.inf, step, course)
         moved = _largest_turn(unknowns, outcome.unknowns)
         unknowns = outcome.unknowns
         near = clearance(watched, unknowns, handle)
@@ -94,7 +100,7 @@ def refine(handle: Handle, need: Requirements, start: Unknowns, wish: Wish, prog
         last = outcome.objective
         if settled:
             break
-    return Round(handle, need, unknowns, near, outcome.missed, step)
+    return Round(handle, need, unknowns, near, outcome.missed, step, course)
 
 
 def _largest_turn(before: Unknowns, after: Unknowns) -> float:

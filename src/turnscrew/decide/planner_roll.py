@@ -7,14 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from turnscrew.decide.plan import ROLLING, Handle
+from turnscrew.decide.plan import ROLLING, Course, Handle
 from turnscrew.decide.planner_kinematics import finger_kinematics
 from turnscrew.decide.planner_round import KNOTS, Unknowns, axis, roll_knot
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.chain import robot_chain
 
-ROWS = 25
-"""Postures kept: 3 deg apart, between which straight lines in joint space leave the handle by less than 10 um."""
+ROWS_BETWEEN = 4
+"""Postures kept from knot to knot: 3 deg apart, between which straight lines in joint space leave the handle by less
+than 10 um."""
 
 STEPS_BETWEEN = 20
 """Midpoint steps from row to row: 0.15 deg each, an error of 0.1 um."""
@@ -27,30 +28,31 @@ class _Tool:
     u: Array
 
 
-def dense_roll(handle: Handle, unknowns: Unknowns) -> dict[str, Array]:
-    """Postures of TH and MF, (ROWS, n), evenly spaced in the handle's yaw [rad].
+def dense_roll(handle: Handle, unknowns: Unknowns, course: Course = Course.ROUND) -> dict[str, Array]:
+    """Postures of TH and MF, (K, n), evenly spaced in the handle's yaw [rad].
 
     Both start from the middle knot and roll both ways, so that the planner's own error falls on the ends by halves.
     MF's three joints leave no choice; TH's other two follow the planner's knots.
 
     Args:
         handle: What is held.
-        unknowns: Of the planned round.
+        unknowns: As planned.
+        course: What was planned.
     """
     tool = _Tool(handle, unknowns["c"], np.array(axis(unknowns["u"], np.sqrt)))
+    middle = ROWS_BETWEEN * (KNOTS[course] - 1) // 2
     stroke = float(unknowns["stroke"][0])
     rows = {}
     for finger in ROLLING:
-        knots = np.array([unknowns[roll_knot(finger, knot)] for knot in range(KNOTS)])
-        guide = CubicSpline(np.linspace(0.0, 1.0, KNOTS), knots)
-        halves = [_half(finger, tool, guide, stroke, end) for end in (0.0, 1.0)]
+        knots = np.array([unknowns[roll_knot(finger, knot)] for knot in range(KNOTS[course])])
+        guide = CubicSpline(np.linspace(0.0, 1.0, KNOTS[course]), knots)
+        halves = [_half(finger, tool, guide, stroke, middle, end) for end in (0.0, 1.0)]
         rows[finger] = np.array([*halves[0][:0:-1], *halves[1]])
     return rows
 
 
-def _half(finger: str, tool: _Tool, guide: CubicSpline, stroke: float, end: float) -> list[Array]:
-    """Rows from the middle of the roll to one end, the middle first."""
-    middle = (ROWS - 1) // 2
+def _half(finger: str, tool: _Tool, guide: CubicSpline, stroke: float, middle: int, end: float) -> list[Array]:
+    """Rows from the middle of the roll to one end, `middle` of them apart, the middle first."""
     ds = (end - 0.5) / (middle * STEPS_BETWEEN)
     q = _onto(finger, tool, np.asarray(guide(0.5)))
     rows, s = [q], 0.5

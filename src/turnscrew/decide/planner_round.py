@@ -12,21 +12,21 @@ from typing import Any
 
 import numpy as np
 
-from turnscrew.decide.plan import ROLLING, SUPPORTING
+from turnscrew.decide.plan import ROLLING, SUPPORTING, Course
 from turnscrew.decide.plan_scene import Stance
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.joints import COUPLED, INDEX, JOINTS, finger_joints
 
-KNOTS = 7
-"""Postures along the roll: 10 deg apart in a stroke of 60, where the trapezoid rule errs by 0.2 %."""
+KNOTS = {Course.ROUND: 7, Course.STROKE: 13}
+"""Postures along the roll: 10 deg apart in strokes of 60 and of 120, where the trapezoid rule errs by 0.2 %."""
 
-LAST = KNOTS - 1
 PARKED = np.array([0.04, -0.25, 0.04, 0.04])
 """LF stretched and spread away from RF, two degrees off its limits [rad]."""
 
 Unknowns = dict[str, Array]
 """Values of the unknowns by name: `c` (3,) the handle's middle [m], `u` (2,) x and z of the tool's axis, `stroke`
-(1,), and finger postures [rad] named `TH0`.. (knots), `TH_lift`, `TH_mid`, `TH_front`, `FF_hold`, `FF_retreat`."""
+(1,), and finger postures [rad] named `TH0`.. (knots), `TH_lift`, `TH_mid`, `TH_front`, `FF_hold`, `FF_retreat`; of
+one stroke, the knots and the retreats only."""
 
 
 def roll_knot(finger: str, knot: int) -> str:
@@ -34,18 +34,20 @@ def roll_knot(finger: str, knot: int) -> str:
     return f"{finger}{knot}"
 
 
-def sizes() -> dict[str, int]:
+def sizes(course: Course = Course.ROUND) -> dict[str, int]:
     """Number of entries of each unknown."""
     count = {finger: len(finger_joints(finger)) for finger in (*ROLLING, *SUPPORTING)}
-    postures = [(finger, roll_knot(finger, knot)) for finger in ROLLING for knot in range(KNOTS)]
-    postures += [(finger, f"{finger}_{place}") for finger in ROLLING for place in ("lift", "mid", "front")]
-    postures += [(finger, f"{finger}_{place}") for finger in SUPPORTING for place in ("hold", "retreat")]
+    postures = [(finger, roll_knot(finger, knot)) for finger in ROLLING for knot in range(KNOTS[course])]
+    if course is Course.ROUND:
+        postures += [(finger, f"{finger}_{place}") for finger in ROLLING for place in ("lift", "mid", "front")]
+        postures += [(finger, f"{finger}_hold") for finger in SUPPORTING]
+    postures += [(finger, f"{finger}_retreat") for finger in SUPPORTING]
     return {"c": 3, "u": 2, "stroke": 1} | {name: count[finger] for finger, name in postures}
 
 
-def in_order(unknowns: Mapping[str, Array]) -> Unknowns:
+def in_order(unknowns: Mapping[str, Array], course: Course = Course.ROUND) -> Unknowns:
     """The unknowns in the order of `sizes`."""
-    return {name: unknowns[name] for name in sizes()}
+    return {name: unknowns[name] for name in sizes(course)}
 
 
 def finger_of(unknown: str) -> str | None:
@@ -94,13 +96,19 @@ def hand_posture(fingers: Mapping[str, Array]) -> Array:
     return q
 
 
-def moments() -> tuple[Moment, ...]:
-    """The moments of a round at which the planner watches all clearances."""
+def moments(course: Course = Course.ROUND) -> tuple[Moment, ...]:
+    """The moments at which the planner watches all clearances."""
     found = [
         _moment(f"roll {knot}", {f: roll_knot(f, knot) for f in ROLLING}, {f: f"{f}_retreat" for f in SUPPORTING})
-        for knot in range(KNOTS)
+        for knot in range(KNOTS[course])
     ]
-    for knot in (0, LAST):
+    return tuple(found if course is Course.STROKE else [*found, *_changes_of_fingers(KNOTS[course] - 1)])
+
+
+def _changes_of_fingers(last: int) -> list[Moment]:
+    """From the end of the roll, its knot `last`, to the next roll."""
+    found = []
+    for knot in (0, last):
         for s in (1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6, 1.0):
             support: dict[str, Blend] = {f: ((f"{f}_retreat", 1 - s), (f"{f}_hold", s)) for f in SUPPORTING}
             rolled: dict[str, Blend] = {f: ((roll_knot(f, knot), 1.0),) for f in ROLLING}
@@ -111,10 +119,10 @@ def moments() -> tuple[Moment, ...]:
         for s in (0.0, 1 / 4, 1 / 2, 3 / 4, 1.0):
             on_way: dict[str, Blend] = {f: ((f"{f}_{start}", 1 - s), (f"{f}_{end}", s)) for f in ROLLING}
             found.append(Moment(f"{start} to {end} {s:.2f}", on_way | hold, SUPPORTING))
-    for place, knot in (("lift", LAST), ("front", 0)):
+    for place, knot in (("lift", last), ("front", 0)):
         halfway: dict[str, Blend] = {f: ((roll_knot(f, knot), 0.5), (f"{f}_{place}", 0.5)) for f in ROLLING}
         found.append(Moment(f"halfway to {place}", halfway | hold, (*ROLLING, *SUPPORTING)))
-    return tuple(found)
+    return found
 
 
 def _moment(name: str, rolling: Mapping[str, str], supporting: Mapping[str, str]) -> Moment:

@@ -21,6 +21,8 @@ class Wish:
         stroke: Weight of the stroke [1/rad].
         margin: Weight of the joint margin [1/rad].
         clearance: Weight of the extra clearance [1/10 mm].
+        spin: Price of the squared angles by which TH and MF turn about the normals of their contacts in the roll
+            [1/rad2]: a fingertip that spins uses friction up, and creeps where the load pulls.
         least_stroke: The stroke is at least this [rad].
         most_stroke: The stroke never exceeds this [rad].
     """
@@ -28,6 +30,7 @@ class Wish:
     stroke: float = 1.0
     margin: float = 0.0
     clearance: float = 0.0
+    spin: float = 0.0
     least_stroke: float = SHORTEST
     most_stroke: float = LONGEST
 

@@ -16,7 +16,7 @@ from turnscrew.errors import ModelError
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.pinhole import Window
 from turnscrew.plant.camera import Image, Pictures, SceneCamera
-from turnscrew.plant.contact import Friction, rub, set_solver
+from turnscrew.plant.contact import NOSLIP, Friction, rub, set_solver
 from turnscrew.plant.screw import Screw, add_screw
 from turnscrew.plant.thread import Thread
 from turnscrew.plant.tool import Tool, add_tool
@@ -41,6 +41,7 @@ class CellDescription:
         timestep: Plant step [s].
         mass_error: Relative error of the robot's masses against the loop's model.
         camera: What `picture` is seen by, if anything.
+        passes: Of MuJoCo's second friction solver.
         motors: Whether the joints take torques; otherwise they have position servos.
     """
 
@@ -54,13 +55,14 @@ class CellDescription:
     mass_error: float = 0.0
     camera: SceneCamera | None = None
     motors: bool = False
+    passes: int = NOSLIP
 
 
 def cell_xml(cell: CellDescription, p_WT: Array, R_WT: Array) -> str:
     """The cell as MJCF, the tool's initial pose included."""
     spec = robot_spec()
     spec.modelname = "turnscrew"
-    set_solver(spec, cell.timestep)
+    set_solver(spec, cell.timestep, cell.passes)
     for body in spec.bodies[1:]:
         body.mass *= 1.0 + cell.mass_error
         body.inertia = body.inertia * (1.0 + cell.mass_error)

@@ -22,7 +22,7 @@ WITHIN = 0.1
 """Difference that still counts as agreement."""
 
 
-def report(todo: Sequence[Part], jobs: int, out: Path, console: Console) -> None:
+def report(todo: Sequence[Part], jobs: int, out: Path, console: Console, torque: float | None = None) -> None:
     """Runs the study and shows it.
 
     Args:
@@ -30,6 +30,7 @@ def report(todo: Sequence[Part], jobs: int, out: Path, console: Console) -> None
         jobs: Processes at a time.
         out: Where results and figures go.
         console: Where progress and tables are shown.
+        torque: At which the grasps' slip and what they have left is told, too [N.m].
 
     Raises:
         PlanError: no gait fits a handle.
@@ -46,6 +47,8 @@ def report(todo: Sequence[Part], jobs: int, out: Path, console: Console) -> None
     figures = [entry for _, entry in done]
     console.print(grasp_table(figures))
     console.print(agreement_table(figures))
+    if torque is not None:
+        console.print(held_table(done, torque))
     places = [write_results(figures, out), *plots(done, out)]
     console.print("written: " + ", ".join(str(place) for place in places), highlight=False, soft_wrap=True)
     if len(places) == 1:
@@ -87,6 +90,26 @@ def agreement_table(done: Sequence[Mapping[str, Any]]) -> Table:
         close = int((np.abs(known - 1.0) < WITHIN).sum())
         figures = (f"{value:.3f}" for value in (known.mean(), known.min(), known.max()))
         table.add_row(forces, grasp, f"{len(ratios)}", *figures, f"{close} of {len(known)}")
+    return table
+
+
+def held_table(done: Sequence[tuple[Part, Done]], torque: float) -> Table:
+    """How grasps stand when they hold a torque [N.m] for the first time, a row each; empty where they never do."""
+    table = Table(title=f"At {torque:g} N.m", box=SIMPLE)
+    for heading in ("handle [mm]", "friction", "squeeze [N]", "grasp", "at [deg]", "slip [mm]", "drive / limit",
+                    "from a joint's limit [rad]"):  # fmt: skip
+        table.add_column(escape(heading), no_wrap=True)
+    for part, entry in done:
+        traces = load_traces(part)
+        reached = np.flatnonzero(traces["got"] >= torque)
+        case = (f"{entry['radius_mm']:g}", f"{entry['friction']:g}", f"{entry['most_n']:g}", entry["grasp"],
+                f"{entry['angle_deg']:.0f}")  # fmt: skip
+        if len(reached) == 0:
+            table.add_row(*case, *[""] * 3)
+            continue
+        now = slice(0, int(reached[0]) + 1)
+        slip, load, room = traces["slip"][now].max(), traces["load"][now].max(), traces["room"][now].min()
+        table.add_row(*case, f"{slip * 1e3:.2f}", f"{load:.2f}", f"{room:.3f}")
     return table
 
 

@@ -66,6 +66,12 @@ def pose_error(p_WT: Array, R_WT: Array, true_p_WT: Array, true_R_WT: Array) -> 
     return sqrt(np.dot(away, away)), hypot(turn[0], turn[1]), turn[2]
 
 
+def _outwards(r: Array, axis: Array) -> Array:
+    """Unit vector from the tool's axis to a point of its handle, r (3,) from the tip [m]."""
+    across = r - (r @ axis) * axis
+    return np.asarray(across / np.sqrt(across @ across))
+
+
 @dataclass
 class Judge:
     """Statistics of a run, gathered tick by tick from truth and signals."""
@@ -110,7 +116,9 @@ class Judge:
                 self._slip[row] = 0.0
                 continue
             slip = slip_velocity(truth.c_W[row], truth.p_WT, truth.V_WT, truth.p_WF[row], truth.V_WF[row])
-            self._slip[row] += slip * self.dt
+            # what goes along the normal dents the fingertip and slides nowhere
+            n = _outwards(truth.c_W[row] - truth.p_WT, truth.R_WT[:, 2])
+            self._slip[row] += (slip - (slip @ n) * n) * self.dt
             self.finger_slip = max(self.finger_slip, hypot(*self._slip[row]))
 
     def _watch_errors(self, truth: Truth, tick: Tick) -> None:

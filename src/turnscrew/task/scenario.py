@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from turnscrew.errors import ScenarioError
-from turnscrew.task.scenario_keys import Scenario
+from turnscrew.task.scenario_keys import Goal, Scenario
 
 __all__ = ["Scenario", "fields", "limits", "load"]
 
@@ -155,8 +155,14 @@ def _extra(field: FieldInfo) -> Mapping[str, Any]:
     return extra if isinstance(extra, dict) else {}
 
 
+def _check_goal(goal: Goal) -> None:
+    if goal.course == "stroke" and goal.rounds not in (None, 1):
+        raise ScenarioError(f'goal.rounds = {goal.rounds}: must be 1 with goal.course = "stroke"')
+
+
 def _check_together(scenario: Scenario) -> None:
     """What no single key can get wrong alone."""
+    _check_goal(scenario.goal)
     tool, screw = scenario.tool, scenario.screw
     rules = [
         (

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from turnscrew.decide.plan import ROLLING, GaitPlan
+from turnscrew.decide.plan import ROLLING, Course, GaitPlan
 from turnscrew.decide.plans import plan_for
 from turnscrew.errors import PlanError
 from turnscrew.geometry.arrays import Array
@@ -63,6 +63,7 @@ def plan_of(scenario: Scenario, on_planning: Callable[[str], None] | None = None
         length=tool.handle.length,
         middle=tool.contact_height,
         shaft_radius=tool.shaft_radius,
+        course=Course.STROKE if scenario.goal.course == "stroke" else Course.ROUND,
         progress=on_planning,
     )
 

@@ -46,11 +46,6 @@ from turnscrew.task.camera_wiring import build_marker_camera, build_markers, bui
 from turnscrew.task.scenario_keys import Scenario
 from turnscrew.task.start import Start
 
-FRICTION_USED = 0.6
-"""Share of the believed friction that the squeeze counts on: the rest is margin for readings that err by 25 % and
-30 deg, which at worst leave `.75 cos(30 deg) = .65` of what was asked for."""
-
-
 COMMON, COMMON_TIME = 0.5, 0.06
 """Share of a marker camera's variance that neighbouring frames share, and for how long [s]: in two runs the errors of
 neighbours correlated by .3, of the next ones by .17, which this gives."""
@@ -71,6 +66,10 @@ THROUGH = JointSmoother(arm=1e-6, wrist=1e-6, finger=1e-6)
 SUPPORT_SPEED = 0.2
 """Turning speed while FF and RF hold the handle, for a robot that takes torques [rad/s]: 3.4 deg in .4 s.  Found by
 trial: at 6 deg the middle finger, coming back, meets the first in one run of ten."""
+
+STROKE_SQUEEZE = 10.0
+"""Squeeze of thumb and middle finger in one long stroke, before the load asks for more [N]: they do not have to hand
+over, and slide less the farther they are from the end of their friction."""
 
 
 @dataclass(frozen=True)
@@ -105,6 +104,7 @@ def build_cell(scenario: Scenario, start: Start, plan: GaitPlan) -> Cell:
         # the scenario says by how much the model is wrong; here the plant is what differs
         mass_error=1.0 / (1.0 + scenario.model.mass_error) - 1.0,
         camera=build_scene_camera(scenario, plan.p_WS),
+        passes=scenario.contact.passes,
         motors=scenario.robot.actuation == "torque",
     )  # fmt: skip
     return Cell(description, start.q, start.p_WT, start.R_WT)
@@ -117,6 +117,8 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
     gait = Gait(plan, Placing(robot, plan), scenario.speed.turning)
     if torque:
         gait = replace(gait, support_speed=SUPPORT_SPEED)
+    if scenario.goal.course == "stroke":
+        gait = replace(gait, squeeze=STROKE_SQUEEZE)
     return Blocks(
         sensors=build_sensors(scenario, plan),
         estimator=build_estimator(scenario, plan, robot, inertia, believed_radius),
@@ -129,16 +131,16 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
 
 def build_controller(scenario: Scenario, robot: RobotModel, inertia: ToolInertia) -> Controller:
     """Servo and distribution for what the robot accepts."""
-    friction = FRICTION_USED * scenario.contact.finger_friction * (1.0 + scenario.model.friction_error)
+    friction = scenario.control.friction_used * scenario.contact.finger_friction * (1.0 + scenario.model.friction_error)
     if scenario.robot.actuation == "position":
         sharing = Distribution(friction, fixed=scenario.control.squeeze)
         return Controller(HybridServo(inertia, scenario.screw.pitch), sharing)
     servo = torque_servo(inertia, scenario.screw.pitch, scenario.control.frequency, scenario.control.damping)
     if scenario.control.forces == "null-space":
         # torques press as told: there is nothing to make up for by an integral, and no posture that would be bent away
-        most = OptimalDistribution.most
+        most = scenario.control.largest_squeeze
         return Controller(servo, Distribution(friction, most=most, rate=0.0, fixed=scenario.control.squeeze))
-    return Controller(servo, OptimalDistribution(robot, friction))
+    return Controller(servo, OptimalDistribution(robot, friction, most=scenario.control.largest_squeeze))
 
 
 def build_sensors(scenario: Scenario, plan: GaitPlan) -> Sensors:

@@ -6,17 +6,20 @@ from collections.abc import Callable
 from functools import cache
 from importlib.resources import files
 
-from turnscrew.decide.plan import GaitPlan, Handle
+from turnscrew.decide.plan import Course, GaitPlan, Handle
 from turnscrew.decide.plan_file import from_json
 from turnscrew.decide.plans.store import fetch, keep
 
 DEFAULT_RADIUS = 0.018
 
-SHIPPED = ("r10.json", "r12.json", "r15.json", "r18.json")
+SHIPPED = ("r10.json", "r12.json", "r15.json", "r18.json", "stroke-r12.5.json")
 """Plans that ship; each holds the command that made it."""
 
 STARTS = ("starts/r10.json", "starts/r12.json", "starts/r15.json", "starts/r18.json")
 """Grips that planning starts from, found by the same planner from random starts; not all keep its requirements."""
+
+STROKE_START = "starts/stroke.json"
+"""What planning one long stroke starts from, found by the same planner from the round of 12 mm."""
 
 SAME = 1e-9
 """Difference below which two dimensions of a handle are the same [m]."""
@@ -28,6 +31,7 @@ def plan_for(
     length: float = Handle.length,
     middle: float = Handle.middle,
     shaft_radius: float = Handle.shaft_radius,
+    course: Course = Course.ROUND,
     fresh: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> GaitPlan:
@@ -38,6 +42,7 @@ def plan_for(
         length: Of the handle [m].
         middle: Height of the handle's middle above the tip [m].
         shaft_radius: Of the shaft below the handle [m].
+        course: A round of the gait, or one long stroke.
         fresh: Plan anew, whatever is at hand; the result is not kept.
         progress: Told in a line what the planner is doing.
 
@@ -46,25 +51,27 @@ def plan_for(
     """
     handle = Handle(radius, length, middle, shaft_radius)
     if fresh:
-        return _planned(handle, progress)
+        return _planned(handle, course, progress)
     for plan in _shipped():
-        if _is_same(plan.handle, handle):
+        if plan.course is course and _is_same(plan.handle, handle):
             return plan
-    found = fetch(handle)
+    found = fetch(handle, course)
     if found is None:
-        found = _planned(handle, progress)
+        found = _planned(handle, course, progress)
         keep(found)
     return found
 
 
-def _planned(handle: Handle, progress: Callable[[str], None] | None) -> GaitPlan:
+def _planned(handle: Handle, course: Course, progress: Callable[[str], None] | None) -> GaitPlan:
     # the planner brings CasADi, which takes a second to load and which plans at hand do without
     from turnscrew.decide.planner import make_plan
+    from turnscrew.decide.planner_stroke import make_stroke
 
-    return make_plan(handle, [_read(name) for name in STARTS], progress=progress, command=command(handle))
+    make, starts = (make_plan, STARTS) if course is Course.ROUND else (make_stroke, (STROKE_START, *STARTS))
+    return make(handle, [_read(name) for name in starts], progress=progress, command=command(handle, course))
 
 
-def command(handle: Handle) -> str:
+def command(handle: Handle, course: Course = Course.ROUND) -> str:
     """The command that plans a handle."""
     usual = Handle(handle.radius)
     options = [f"--radius {handle.radius:g}"]
@@ -73,6 +80,8 @@ def command(handle: Handle) -> str:
         for name in ("length", "middle", "shaft_radius")
         if getattr(handle, name) != getattr(usual, name)
     ]
+    if course is Course.STROKE:
+        options.append("--stroke")
     return f"turnscrew plan {' '.join(options)} --fresh"
 
 

@@ -12,7 +12,7 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-from turnscrew.decide.plan import GaitPlan, Handle
+from turnscrew.decide.plan import Course, GaitPlan, Handle
 from turnscrew.decide.plan_file import load, save
 from turnscrew.errors import PlanError
 
@@ -35,16 +35,16 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "turnscrew"
 
 
-def plan_path(handle: Handle) -> Path:
+def plan_path(handle: Handle, course: Course = Course.ROUND) -> Path:
     """The file that a handle's plan is kept in."""
     dimensions = repr((handle.radius, handle.length, handle.middle, handle.shaft_radius))
-    digest = hashlib.sha256(f"{dimensions} {_surroundings()}".encode()).hexdigest()
-    return cache_folder() / "plans" / f"r{handle.radius * 1e3:g}-{digest[:16]}.json"
+    digest = hashlib.sha256(f"{course} {dimensions} {_surroundings()}".encode()).hexdigest()
+    return cache_folder() / "plans" / f"{course}-r{handle.radius * 1e3:g}-{digest[:16]}.json"
 
 
-def fetch(handle: Handle) -> GaitPlan | None:
+def fetch(handle: Handle, course: Course = Course.ROUND) -> GaitPlan | None:
     """The plan kept for a handle; None when there is none that can be read."""
-    path = plan_path(handle)
+    path = plan_path(handle, course)
     if not path.is_file():
         return None
     # a damaged file costs a minute of planning, which is no reason to stop
@@ -56,7 +56,7 @@ def fetch(handle: Handle) -> GaitPlan | None:
 def keep(plan: GaitPlan) -> None:
     """Keeps a plan for the next time; a cache that cannot be written only costs planning again."""
     with suppress(OSError):
-        save(plan, plan_path(plan.handle))
+        save(plan, plan_path(plan.handle, plan.course))
 
 
 @cache

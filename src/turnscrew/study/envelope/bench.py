@@ -104,13 +104,13 @@ class Bench:
         play = slot_play(scenario.tool.blade_width, scenario.tool.blade_thickness, scenario.screw.slot_width)
         thread = scenario.screw.thread.model_copy(update={"law": "elastic", "stiffness": STIFFNESS})
         screw = scenario.screw.model_copy(update={"thread": thread, "slot_yaw": play / 2 - angle})
-        scenario = scenario.model_copy(update={"screw": screw})
+        contact = scenario.contact.model_copy(update={"passes": NOSLIP})
+        scenario = scenario.model_copy(update={"screw": screw, "contact": contact})
         self._case, self._plan = case, plan
         self._q = posture(plan, case.grip, case.fraction)
         R_WT = plan.R_WT @ exp_so3(np.array([0.0, 0.0, -angle]))
         start = Start(self._q, plan.p_WS, plan.p_WS + np.array([0.0, 0.0, TIP_LIFT]), R_WT, plan.radius)
         self.cell: Cell = build_cell(scenario, start, plan)
-        self.cell.model.opt.noslip_iterations = NOSLIP
         self._robot = RobotModel()
         self._under: Conditions = conditions(scenario, case.most)
         self._rows = [FINGERS.index(finger) for finger in case.grip.fingers]

@@ -12,7 +12,9 @@ from turnscrew.contact.rolling import slip_velocity
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.euler import tilt
 from turnscrew.plant.truth import Truth
-from turnscrew.robot.joints import FINGERS
+from turnscrew.robot.chain import robot_chain
+from turnscrew.robot.joints import DRIVEN, FINGERS, finger_joints
+from turnscrew.robot.motors import DRIVE_LIMITS
 from turnscrew.signals import Estimate
 from turnscrew.study.envelope.bench import BEAT, Bench, Case
 from turnscrew.task.envelope import Grip
@@ -58,6 +60,8 @@ class Traces:
         turned: Angle by which the screw has turned [rad].
         slip: (5,) of each fingertip [m].
         pressing: (5,) its squeeze [N].
+        load: Largest torque of a drive over its limit.
+        room: Least distance of a joint of the holding fingers from its limit [rad].
     """
 
     time: list[float] = field(default_factory=list)
@@ -66,6 +70,8 @@ class Traces:
     turned: list[float] = field(default_factory=list)
     slip: list[Array] = field(default_factory=list)
     pressing: list[Array] = field(default_factory=list)
+    load: list[float] = field(default_factory=list)
+    room: list[float] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +107,8 @@ def give_way(case: Case, guess: float) -> GaveWay:
     last = bench.estimate(cell.truth())
     slip, got, best, end = np.zeros((len(FINGERS), 3)), 0.0, 0.0, End.HELD
     steps = round(BEAT * case.scenario.rate.plant)
+    joints = [joint for finger in case.grip.fingers for joint in finger_joints(finger)]
+    low, high = robot_chain().limits[joints].T
     while end is End.HELD and cell.time < SETTLE + ENGAGE + SECONDS:
         truth = cell.truth()
         asked = guess * ramp(cell.time - SETTLE)
@@ -109,6 +117,8 @@ def give_way(case: Case, guess: float) -> GaveWay:
         if cell.time > SETTLE:
             slip = slip + BEAT * _sliding(truth, case.grip)
             _note(traces, truth, estimate, asked, got, slip)
+            traces.load.append(float((np.abs(cell.data.ctrl[: len(DRIVEN)]) / DRIVE_LIMITS).max()))
+            traces.room.append(float(np.minimum(cell.q[joints] - low, high - cell.q[joints]).min()))
             best, last = (got, estimate) if got > best else (best, last)
             end = _ended(truth, traces, guess)
         for _ in range(steps):

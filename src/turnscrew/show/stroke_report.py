@@ -1,0 +1,90 @@
+"""What one long stroke came to, a line a run, and its plot."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from turnscrew.plant.log import read_log
+from turnscrew.robot.joints import DRIVEN
+from turnscrew.robot.motors import DRIVE_LIMITS
+from turnscrew.task.fasten import fasten
+from turnscrew.task.scenario_keys import Scenario
+from turnscrew.task.signal_table import read_signals
+from turnscrew.task.summary import Summary
+
+LOADED = ("roll", "hold")
+"""Phases in which the tip's force counts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stroke:
+    """A stroke, by the truth.
+
+    Attributes:
+        summary: Of the run.
+        load: Largest drive torque over its limit; not a number for a robot that takes positions.
+        drive: Which drive's that was.
+        thrust: Mean force on the tip in roll and hold [N].
+        ripple: Its standard deviation [N].
+    """
+
+    summary: Summary
+    load: float
+    drive: str
+    thrust: float
+    ripple: float
+
+
+def strike(scenario: Scenario, folder: Path) -> Stroke:
+    """Runs a scenario and reads its record.
+
+    Args:
+        scenario: What to run.
+        folder: Of the record.
+    """
+    summary = fasten(scenario, folder)
+    load, drive = np.nan, ""
+    if scenario.robot.actuation == "torque":
+        used = (np.abs(read_log(folder).ctrl[:, : len(DRIVEN)]) / DRIVE_LIMITS).max(axis=0)
+        load, drive = float(used.max()), DRIVEN[int(used.argmax())]
+    columns = read_signals(folder)
+    thrust = columns["truth.F_s.f_z"][np.isin(columns["goal.phase"], LOADED)]
+    return Stroke(summary, load, drive, float(thrust.mean()), float(thrust.std()))
+
+
+def report(scenarios: Sequence[Scenario], out: Path, console: Console) -> bool:
+    """Runs scenarios, each into a folder of its own, and prints a line for each; whether all reached their goal.
+
+    Args:
+        scenarios: With their seeds.
+        out: Folder of the runs' folders and of the plot.
+        console: Where to.
+    """
+    table = Table("seed", "outcome", "turned deg", "torque N.m", "finger slip mm", "tip slip mm", "tilt deg", "tip N",
+                  "torque / limit")  # fmt: skip
+    done, folders = [], []
+    with console.status("turning") as status:
+        for count, scenario in enumerate(scenarios):
+            status.update(f"stroke {count + 1} of {len(scenarios)}")
+            folders.append(out / f"seed-{scenario.seed}")
+            done.append(strike(scenario, folders[-1]))
+    for scenario, stroke in zip(scenarios, done, strict=True):
+        told = stroke.summary
+        table.add_row(
+            str(scenario.seed), told.outcome, f"{told.turned_deg:.1f}", f"{told.final_torque_nm:.3f}",
+            f"{told.finger_slip_mm:.2f}", f"{told.tip_slip_mm:.2f}", f"{told.max_tilt_deg:.2f}",
+            f"{stroke.thrust:.2f} +- {stroke.ripple:.2f}", f"{stroke.load:.2f} {stroke.drive}",
+        )  # fmt: skip
+    console.print(table)
+    if importlib.util.find_spec("matplotlib") is not None:
+        from turnscrew.show.stroke_plots import plot
+
+        console.print(f"written: {plot(folders, out)}", highlight=False, soft_wrap=True)
+    return all(stroke.summary.outcome == "goal" for stroke in done)
