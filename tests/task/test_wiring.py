@@ -9,7 +9,7 @@ from turnscrew.control.optimal_distribution import OptimalDistribution
 from turnscrew.decide.plans import plan_for
 from turnscrew.robot.model import RobotModel
 from turnscrew.task.scenario import load
-from turnscrew.task.wiring import Blocks, build_blocks
+from turnscrew.task.wiring import Blocks, believed_friction, believed_inertia, build_blocks
 
 PLAN = plan_for(0.018)
 ROBOT = RobotModel()
@@ -45,6 +45,14 @@ def test_null_space_forces_press_as_told_without_an_integral():
 def test_friction_is_believed_with_its_error():
     plain, wrong = (blocks("robot.actuation=torque", *more) for more in ((), ("model.friction_error=0.2",)))
     assert wrong.controller.distribution.friction == 1.2 * plain.controller.distribution.friction
+
+
+def test_friction_and_mass_may_be_told_whatever_is_true():
+    true = ["contact.finger_friction=0.6", "tool.mass=0.1", "model.mass_error=0.1", "model.friction_error=0.1"]
+    told = load(None, [*true, "model.finger_friction=0.85", "model.tool_mass=0.08"], 0)
+    assert believed_friction(told) == 0.85
+    assert believed_inertia(told, 0.018).mass == 0.08
+    assert blocks("robot.actuation=torque", "model.finger_friction=0.5").controller.distribution.friction == 0.6 * 0.5
 
 
 def test_beats_divide_the_plants_steps():

@@ -19,6 +19,7 @@ from turnscrew.cli.envelope import envelope
 from turnscrew.cli.options import FileArgument, SeedOption, SetOption
 from turnscrew.cli.stroke import stroke
 from turnscrew.cli.study import study_app
+from turnscrew.cli.trials import trials
 from turnscrew.errors import TurnscrewError
 
 if TYPE_CHECKING:
@@ -196,6 +197,7 @@ def plan(
 
 app.command()(envelope)
 app.command()(stroke)
+app.command()(trials)
 
 
 @app.command()

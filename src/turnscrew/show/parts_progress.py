@@ -8,13 +8,24 @@ from typing import TypeVar
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from turnscrew.study.parts import Done, Part, finish
+from turnscrew.study.parts import Done, Engine, Part, finish
 
 P = TypeVar("P", bound=Part)
 
 
+SPEED_OVER = 3600.0
+"""Time over which the pace is taken that tells the time left [s]: a part may take minutes."""
+
+
 def gather(
-    todo: Sequence[P], work: Callable[[P], Done], jobs: int, console: Console, doing: str
+    todo: Sequence[P],
+    work: Callable[[P], Done],
+    jobs: int,
+    console: Console,
+    doing: str,
+    *,
+    tell: Callable[[Sequence[Done]], str] | None = None,
+    engine: Engine | None = None,
 ) -> list[tuple[P, Done]]:
     """Does all parts and shows how it gets on; returns them in the order in which they were asked for.
 
@@ -24,13 +35,27 @@ def gather(
         jobs: Processes at a time.
         console: Where the bar is shown.
         doing: What is being done, for the bar.
+        tell: Says of what has been found so far what belongs beside the bar; each part is a line where there is no
+            terminal.
+        engine: Where the parts are done; processes of this machine without.
     """
     done: dict[int, Done] = {}
     place = {part.file: index for index, part in enumerate(todo)}
-    columns = (TextColumn(doing), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console) as bar:
-        task = bar.add_task(doing, total=len(todo))
-        for part, found in finish(todo, work, jobs):
+    ready = sum(part.file.is_file() for part in todo)
+    columns = (
+        TextColumn(doing),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[so_far]}"),
+    )
+    with Progress(*columns, console=console, speed_estimate_period=SPEED_OVER) as bar:
+        # what lies on disk says nothing of the pace
+        task = bar.add_task(doing, total=len(todo), completed=ready, so_far="")
+        for part, found in finish(todo, work, jobs, engine):
             done[place[part.file]] = found
-            bar.advance(task)
+            so_far = "" if tell is None else tell(list(done.values()))
+            bar.update(task, completed=max(ready, len(done)), so_far=so_far)
+            if so_far and not console.is_terminal and len(done) > ready:
+                console.print(f"{len(done)}/{len(todo)} {so_far}", highlight=False)
     return [(part, done[index]) for index, part in enumerate(todo)]

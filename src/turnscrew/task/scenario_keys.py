@@ -299,10 +299,27 @@ class Speed(Table):
 
 
 class Model(Table):
-    """By how much the controller's model is wrong: what it believes = (1 + error) * what is."""
+    """How the controller's model is wrong: what it believes = (1 + error) * what is, or a value of its own."""
 
     mass_error: float = key(0.0, "-", "Relative error of the masses.", "free choice", ge=-0.5, le=0.5)
     friction_error: float = key(0.0, "-", "Relative error of the friction.", "free choice", ge=-0.5, le=0.5)
+    tool_mass: float | None = key(
+        None,
+        "kg",
+        "Mass of the tool that is counted with (tool.mass and mass_error where not set).",
+        "the tool has been weighed",
+        ge=0.01,
+        le=1.0,
+    )
+    finger_friction: float | None = key(
+        None,
+        "-",
+        "Coulomb coefficient of the fingertips that is counted with (contact.finger_friction and friction_error where "
+        "not set).",
+        "skin and handle have been tried",
+        ge=0.1,
+        le=1.5,
+    )
 
 
 class Rate(Table):

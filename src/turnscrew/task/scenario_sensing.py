@@ -204,7 +204,7 @@ class Force(Table):
         "Largest error of the direction.",
         f"{PAPER}, footnote 7: within 30 deg",
         ge=0.0,
-        le=1.0,
+        le=1.1,
     )
 
 

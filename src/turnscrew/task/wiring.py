@@ -131,7 +131,7 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
 
 def build_controller(scenario: Scenario, robot: RobotModel, inertia: ToolInertia) -> Controller:
     """Servo and distribution for what the robot accepts."""
-    friction = scenario.control.friction_used * scenario.contact.finger_friction * (1.0 + scenario.model.friction_error)
+    friction = scenario.control.friction_used * believed_friction(scenario)
     if scenario.robot.actuation == "position":
         sharing = Distribution(friction, fixed=scenario.control.squeeze)
         return Controller(HybridServo(inertia, scenario.screw.pitch), sharing)
@@ -259,10 +259,17 @@ def slot_play(width: float, thickness: float, slot: float) -> float:
 def believed_inertia(scenario: Scenario, radius: float) -> ToolInertia:
     """Mass properties of the tool as the robot knows them: a solid handle carries the mass."""
     tool = scenario.tool
-    mass = tool.mass * (1.0 + scenario.model.mass_error)
+    weighed = scenario.model.tool_mass
+    mass = tool.mass * (1.0 + scenario.model.mass_error) if weighed is None else weighed
     across = mass * (radius**2 / 4 + tool.handle.length**2 / 12)
     inertia = np.diag([across, across, mass * radius**2 / 2])
     return ToolInertia(mass, np.array([0.0, 0.0, tool.contact_height]), inertia)
+
+
+def believed_friction(scenario: Scenario) -> float:
+    """Coulomb coefficient of the fingertips on the handle as the robot knows it."""
+    told = scenario.model.finger_friction
+    return scenario.contact.finger_friction * (1.0 + scenario.model.friction_error) if told is None else told
 
 
 def generators(seed: int) -> dict[str, Generator]:

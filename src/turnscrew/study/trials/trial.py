@@ -1,0 +1,139 @@
+"""One trial: a run without a record, and what is to be known of it."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+
+from turnscrew.errors import PlanError
+from turnscrew.plant.truth import Truth
+from turnscrew.signals import Fault
+from turnscrew.study.disturbances.disturbance import idle
+from turnscrew.study.disturbed import GOAL, turn
+from turnscrew.task.fasten import Run, summarise
+from turnscrew.task.loop import Tick
+from turnscrew.task.scenario_keys import Scenario
+from turnscrew.task.summary import Summary
+
+NO_START = "no start"
+"""The tool as it was drawn is out of the fingers' reach."""
+
+CRASH = "crash"
+"""The program itself failed."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What came of a trial; all of it follows from the scenario, nothing from the machine.
+
+    Attributes:
+        seed: Of the run.
+        passed: Whether the goal was really reached.
+        outcome: "goal", the name of the fault that ended it, "goal only believed", "no start" or "crash".
+        phase: Phase of the gait at the end.
+        round: Rounds that the robot had counted at the end.
+        evidence: Of the fault that ended it.
+        warnings: Trouble that the run lived with, each kind with how often it was named.
+        rounds: Rounds by which the screw was really turned.
+        turned_deg: Angle by which it was [deg].
+        time_s: Simulated time [s].
+        deg_a_round: Of the screw [deg]; not a number without a round.
+        seconds_a_round: Simulated [s], the first grip included.
+        deg_per_s: Mean turning speed over the whole run [deg/s].
+        max_tilt_deg: Largest angle of the tool's axis from the screw's [deg].
+        tip_slip_mm: Largest distance of the tip from the drive's centre [mm].
+        finger_slip_mm: Largest sliding path of a fingertip in one holding phase [mm].
+        tip_error_mm: Error of the estimated tip, rms [mm].
+        tilt_error_deg: Of the estimated tilt, rms [deg].
+        yaw_error_deg: Of the estimated yaw, rms [deg].
+        support_fraction: Share of the turning time with at least two fingers in contact.
+    """
+
+    seed: int
+    passed: bool
+    outcome: str
+    phase: str = ""
+    round: int = 0
+    evidence: str = ""
+    warnings: str = ""
+    rounds: int = 0
+    turned_deg: float = math.nan
+    time_s: float = math.nan
+    deg_a_round: float = math.nan
+    seconds_a_round: float = math.nan
+    deg_per_s: float = math.nan
+    max_tilt_deg: float = math.nan
+    tip_slip_mm: float = math.nan
+    finger_slip_mm: float = math.nan
+    tip_error_mm: float = math.nan
+    tilt_error_deg: float = math.nan
+    yaw_error_deg: float = math.nan
+    support_fraction: float = math.nan
+
+
+@dataclass
+class Notes:
+    """What is noted at each tick."""
+
+    phase: str = ""
+    round: int = 0
+    faults: list[Fault] = field(default_factory=list)
+
+    def see(self, tick: Tick, truth: Truth) -> None:
+        """One tick."""
+        self.phase, self.round = str(tick.goal.phase), tick.goal.round
+        self.faults.extend(tick.faults)
+
+
+def attempt(scenario: Scenario) -> Trial:
+    """Runs a trial to its end; whatever goes wrong in it is its outcome.
+
+    Raises:
+        CameraError: the camera's calibration or its markers cannot be used.
+        RenderError: pictures are wanted, and this machine cannot draw.
+    """
+    notes = Notes()
+    try:
+        run = Run.begin(scenario)
+    except PlanError as error:
+        return Trial(scenario.seed, False, NO_START, evidence=str(error))
+    with run.cell:
+        try:
+            outcome = turn(run, idle, notes.see)
+        except (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError) as error:
+            # one trial that meets a bug must not cost hundreds of others; it counts as failed, and tells why
+            return Trial(scenario.seed, False, CRASH, notes.phase, notes.round, f"{type(error).__name__}: {error}")
+        return _told(scenario.seed, outcome, notes, summarise(run, outcome, notes.faults, 1.0))
+
+
+def _told(seed: int, outcome: str, notes: Notes, summary: Summary) -> Trial:
+    ending = [fault.evidence for fault in notes.faults if fault.ends]
+    lived = Counter(str(fault.kind) for fault in notes.faults if not fault.ends)
+    pose, rounds, time = summary.pose_error.refined, summary.rounds, summary.sim_time_s
+    return Trial(
+        seed=seed,
+        passed=outcome == GOAL,
+        outcome=outcome,
+        phase=notes.phase,
+        round=notes.round,
+        evidence=ending[0] if ending else "",
+        warnings=", ".join(f"{kind} {count}" for kind, count in sorted(lived.items())),
+        rounds=rounds,
+        turned_deg=summary.turned_deg,
+        time_s=time,
+        deg_a_round=summary.turned_deg / rounds if rounds else math.nan,
+        seconds_a_round=time / rounds if rounds else math.nan,
+        deg_per_s=summary.turned_deg / time if time else math.nan,
+        max_tilt_deg=summary.max_tilt_deg,
+        tip_slip_mm=summary.tip_slip_mm,
+        finger_slip_mm=summary.finger_slip_mm,
+        tip_error_mm=_rms(pose.position_mm.rms),
+        tilt_error_deg=_rms(pose.tilt_deg.rms),
+        yaw_error_deg=_rms(pose.yaw_deg.rms),
+        support_fraction=summary.support_fraction,
+    )
+
+
+def _rms(value: float | None) -> float:
+    return math.nan if value is None else value
