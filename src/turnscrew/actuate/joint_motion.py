@@ -17,7 +17,7 @@ def consistent_inverse(M: Array, J: Array) -> Array:
     contact.
 
     Args:
-        M: (n, n) mass matrix [kg.m2].
+        M: (n, n) mass matrix, or another that tells how dear each joint's motion is [kg.m2].
         J: (m, n) velocities of the contact points by the joints, of full rank.
 
     Returns:

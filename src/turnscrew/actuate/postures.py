@@ -73,11 +73,10 @@ class Postures:
         limits: (28, 2) joint ranges [rad].
         arm: 10 rad/s, critical, on 4 kg.m2 whose own damping is .1/s: the encoders' noise at the shoulder then makes
             .4 N.m.  The integral makes up within .5 s for a weight that is wrong.
-        wrist: 40 rad/s, near critical with the joint's own 30/s (.5 N.m.s/rad on .015 kg.m2): a palm that yields to one
-            pair of fingers lets the next pair touch where it should not.  No integral: a hand that weighs a tenth more
-            than believed sags by .1 deg, which the fingers, whose encoders know of it, make up; an integral that one
-            pair resists lets go with a jerk when the other takes over (found by trial: it moved the palm by 1.8 deg,
-            until the middle finger met its limit).
+        wrist: 20 rad/s, critical with the joint's own 30/s (.5 N.m.s/rad on .015 kg.m2).  No integral: a hand that
+            weighs a tenth more than believed sags by half a degree, which the fingers, whose encoders know of it, make
+            up; an integral that one pair of fingers resists lets go with a jerk when the other takes over (found by
+            trial: it moved the palm by 1.8 deg, until the middle finger met its limit).
         finger: Free or feeling: 63 rad/s, critical with the joint's own 100/s; a fingertip, .2 kg, then is 800 N/m
             stiff, and 3 mm of `push` are 2.4 N.
         guide: A gripping finger with a joint to spare (the thumb), towards the plan's posture: 10 rad/s, overdamped.
@@ -92,7 +91,7 @@ class Postures:
 
     limits: Array
     arm: Gains = Gains(100.0, 20.0, 200.0)
-    wrist: Gains = Gains(1600.0, 40.0)
+    wrist: Gains = Gains(400.0, 10.0)
     finger: Gains = Gains(4000.0, 30.0)
     guide: Gains = Gains(100.0, 10.0)
     integral_limit: float = 0.05

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from turnscrew.actuate.joint_motion import consistent_inverse, joint_accelerations, joint_speeds
-from turnscrew.actuate.postures import Posture, Postures
+from turnscrew.actuate.postures import CARRIERS, Posture, Postures
 from turnscrew.contact.rolling_motion import contact_accelerations, contact_velocities
 from turnscrew.geometry.arrays import Array, Rows
 from turnscrew.geometry.compiled import compiled
@@ -16,6 +16,11 @@ from turnscrew.robot.coupling import DRIVEN_INDEX, SELECTION
 from turnscrew.robot.model import RobotModel
 from turnscrew.robot.motors import DRIVE_LIMITS
 from turnscrew.signals import GRIP, Command, Effort, Estimate, Goal
+
+PALM_WEIGHT = 100.0
+"""Inertia of arm and wrist that the inverse of (17) counts with, over the true one.  With the true one the wrist, lighter
+than the fingers' reflected inertia at the handle, follows every fast roll by a degree, until the ring finger meets the
+middle one (found by trial).  The contacts accelerate as wanted whatever the weight: the fingers alone then see to it."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +107,10 @@ def _carrying(
     a = contact_accelerations(c, cdot, p_WT, R_WT, nu, alpha)
     a = a - contact_bias(J_tips[rows], Jdot_v[rows], p_WF[rows], v, c, cdot)
     V = contact_velocities(c, p_WT, R_WT, nu_d).ravel()
-    inverse = consistent_inverse(M, J_c)
+    heavy = M.copy()
+    for i in range(CARRIERS):
+        heavy[i, i] *= PALM_WEIGHT
+    inverse = consistent_inverse(heavy, J_c)
     qddot, rate = joint_accelerations(inverse, J_c, a, qddot), joint_speeds(inverse, J_c, V, rate)
     tau: Array = bias + np.dot(M, qddot) + np.dot(f_W[rows].ravel(), J_c) + damping * rate
     return tau
