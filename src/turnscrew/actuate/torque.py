@@ -20,9 +20,9 @@ from turnscrew.signals import GRIP, Command, Effort, Estimate, Goal
 PALM_WEIGHT = 100.0
 """Inertia of arm and wrist that the inverse of (17) counts with, over the true one.
 
-With the true one the wrist, lighter than the fingers' inertia at the handle, follows every fast roll by a degree, until the
-ring finger meets the middle one (found by trial).  The contacts accelerate as wanted whatever the weight: the fingers alone
-then see to it."""
+With the true one the wrist, lighter than the fingers' inertia at the handle, follows every fast roll by a degree,
+until the ring finger meets the middle one (found by trial). The contacts accelerate as wanted whatever the weight:
+the fingers alone then see to it."""
 
 
 @dataclass(frozen=True)
