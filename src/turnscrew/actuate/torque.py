@@ -17,13 +17,6 @@ from turnscrew.robot.model import RobotModel
 from turnscrew.robot.motors import DRIVE_LIMITS
 from turnscrew.signals import GRIP, Command, Effort, Estimate, Goal
 
-PALM_WEIGHT = 100.0
-"""Inertia of arm and wrist that the inverse of (17) counts with, over the true one.
-
-With the true one the wrist, lighter than the fingers' inertia at the handle, follows every fast roll by a degree,
-until the ring finger meets the middle one (found by trial). The contacts accelerate as wanted whatever the weight:
-the fingers alone then see to it."""
-
 
 @dataclass(frozen=True)
 class TorqueAdapter:
@@ -35,10 +28,15 @@ class TorqueAdapter:
 
     Attributes:
         robot: Kinematics, dynamics and limits.
+        palm_weight: Inertia of arm and wrist that the inverse of (17) counts with, over the true one.  With the true
+            one the wrist, lighter than the fingers' inertia at the handle, follows every fast roll by a degree, until
+            the ring finger meets the middle one (found by trial).  The contacts accelerate as wanted whatever the
+            weight: the fingers alone then see to it.
         postures: Impedance of the joints that do not carry the tool.
     """
 
     robot: RobotModel
+    palm_weight: float = 100.0
     postures: Postures = field(init=False)
     _damping: Array = field(init=False, repr=False, compare=False)
 
@@ -85,7 +83,7 @@ class TorqueAdapter:
             tau = _carrying(
                 dynamics.M, dynamics.bias, self._damping, J, tips.J, dynamics.Jdot_v, tips.p_WF, rows, estimate.v,
                 estimate.c_W, estimate.p_WT, estimate.R_WT, estimate.nu, effort.nu_d, effort.alpha, effort.f_W, qddot,
-                rate,
+                rate, self.palm_weight,
             )  # fmt: skip
         else:
             tau = dynamics.bias + dynamics.M @ qddot + self._damping * rate
@@ -97,6 +95,7 @@ class TorqueAdapter:
 def _carrying(
     M: Array, bias: Array, damping: Array, J: Array, J_tips: Array, Jdot_v: Array, p_WF: Array, rows: Rows, v: Array,
     c_W: Array, p_WT: Array, R_WT: Array, nu: Array, nu_d: Array, alpha: Array, f_W: Array, qddot: Array, rate: Array,
+    palm_weight: float,
 ) -> Array:  # fmt: skip
     """Torques (24,) [N.m] while the fingers in `rows` carry the tool, and accelerations and rates (24,) of postures.
 
@@ -111,7 +110,7 @@ def _carrying(
     V = contact_velocities(c, p_WT, R_WT, nu_d).ravel()
     heavy = M.copy()
     for i in range(CARRIERS):
-        heavy[i, i] *= PALM_WEIGHT
+        heavy[i, i] *= palm_weight
     inverse = consistent_inverse(heavy, J_c)
     qddot, rate = joint_accelerations(inverse, J_c, a, qddot), joint_speeds(inverse, J_c, V, rate)
     tau: Array = bias + np.dot(M, qddot) + np.dot(f_W[rows].ravel(), J_c) + damping * rate

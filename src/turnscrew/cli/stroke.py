@@ -11,10 +11,12 @@ from turnscrew.cli.options import FileArgument, SetOption, TablesOption, wide_co
 
 PRESET = (
     "tool.handle.radius=0.0125", "screw.thread.stiffness=0.1", "robot.actuation=torque", "goal.course=stroke",
-    "control.friction_used=0.8", "control.largest_squeeze=16", "control.frequency=45", "contact.passes=30",
+    "control.friction_used=0.8", "control.largest_squeeze=16", "control.frequency=45", "control.palm_weight=3",
+    "contact.passes=30",
 )  # fmt: skip
 """What stands in for a scenario.  A thin handle asks for a squeeze near the end of its friction, and for a servo as
-stiff at its radius as 32 rad/s are at 18 mm; the simulated friction has to be as good as that."""
+stiff at its radius as 32 rad/s are at 18 mm; the palm may help, for no other finger comes near; the simulated friction
+has to be as good as that."""
 
 
 def stroke(

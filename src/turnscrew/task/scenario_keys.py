@@ -209,7 +209,16 @@ class Control(Table):
         ge=0.1,
         le=10.0,
     )
-
+    palm_weight: float = key(
+        100.0,
+        "-",
+        "How many times heavier than they are arm and wrist count when joints are chosen that move the tool: at 1 the "
+        'palm follows the tool as gladly as the fingers. For actuation = "torque".',
+        "found by trial: below 10 the palm follows fast rolls by a degree, and fingers meet; a single stroke goes "
+        "farther with a palm that helps",
+        ge=1.0,
+        le=1e4,
+    )
     friction_used: float = key(
         0.6,
         "-",

@@ -124,7 +124,7 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
         estimator=build_estimator(scenario, plan, robot, inertia, believed_radius),
         gait=gait.faster(scenario.speed.gait),
         controller=build_controller(scenario, robot, inertia),
-        adapter=TorqueAdapter(robot) if torque else PositionAdapter(robot),
+        adapter=TorqueAdapter(robot, scenario.control.palm_weight) if torque else PositionAdapter(robot),
         between=BetweenTicks(robot, scenario.screw.pitch) if torque else None,
     )
 
