@@ -77,6 +77,22 @@ def test_contacts_accelerate_with_the_tool_and_press_as_told():
     np.testing.assert_allclose(got, wanted, atol=1e-7)
 
 
+def palm_and_contacts(weight):
+    """Largest acceleration of a drive of arm and wrist, and those of the contacts, while the tool is to turn."""
+    alpha = np.array([0.0, 0.0, 0.0, 0.0, 0.0, -40.0])
+    effort = Effort(np.zeros(6), np.zeros((5, 3)), np.zeros(6), alpha)
+    adapter = TorqueAdapter(ROBOT, weight)
+    _, command = adapter.update(adapter.init(Q), grip(), effort, held(), DT)
+    qddot = accelerations(command.tau, np.zeros((5, 3)), held())
+    return np.abs(qddot[PALM]).max(), contact_jacobian(ROBOT.fingertips(Q), ROWS, held().c_W[ROWS]) @ qddot
+
+
+def test_a_heavy_palm_stays_and_the_contacts_move_all_the_same():
+    (light, by_all), (heavy, by_fingers) = palm_and_contacts(1.0), palm_and_contacts(100.0)
+    np.testing.assert_allclose(by_fingers, by_all, atol=1e-7)
+    assert heavy < 0.1 * light
+
+
 def test_contacts_roll_at_the_tools_speed():
     J = contact_jacobian(ROBOT.fingertips(Q), ROWS, held().c_W[ROWS])
     inverse = consistent_inverse(SELECTION.T @ ROBOT.mass_matrix(Q) @ SELECTION, J)

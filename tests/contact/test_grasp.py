@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from turnscrew.contact.grasp import grasp, grasp_matrix, squeeze, squeeze_all
+from turnscrew.contact.grasp import grasp, grasp_matrix, squeeze, squeeze_all, weighted_grasp_matrix
 from turnscrew.errors import TurnscrewError
 from turnscrew.geometry.rotations import exp_so3, skew
 
@@ -125,3 +125,12 @@ def test_one_contact_gives_force_only():
 def test_no_contact_is_refused():
     with pytest.raises(TurnscrewError, match="at least one contact"):
         grasp(np.zeros((0, 3)), np.zeros(3))
+
+
+def test_the_weighted_matrix_is_g_turned_into_the_tools_frame():
+    rng = np.random.default_rng(4)
+    c_W, p_WT, R_WT = rng.normal(size=(3, 3)), rng.normal(size=3), exp_so3(rng.normal(size=3))
+    weights = rng.uniform(1.0, 50.0, 6)
+    G = grasp_matrix(c_W, p_WT)
+    expected = weights[:, None] * np.concatenate([R_WT.T @ G[:3], R_WT.T @ G[3:]])
+    np.testing.assert_allclose(weighted_grasp_matrix(c_W, p_WT, R_WT, weights), expected, atol=1e-12)

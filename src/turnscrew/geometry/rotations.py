@@ -37,15 +37,6 @@ def cross(a: Array, b: Array) -> Array:
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
-def cross_rows(a: Array, b: Array) -> Array:
-    """Cross products of the rows of a (k, 3) and b (k, 3): five times as fast as `numpy.cross` for a handful."""
-    result: Array = a[:, _NEXT] * b[:, _AFTER] - a[:, _AFTER] * b[:, _NEXT]
-    return result
-
-
-_NEXT, _AFTER = np.array([1, 2, 0]), np.array([2, 0, 1])
-
-
 @compiled
 def _rodrigues(square: float) -> tuple[float, float]:
     """The two factors of Rodrigues' formula for the squared angle."""
