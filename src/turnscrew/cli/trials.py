@@ -16,6 +16,14 @@ def trials(
     variation: Annotated[
         str, typer.Option("--variation", help="standard, hard (twice the standard one) or none.")
     ] = "standard",
+    mishap: Annotated[
+        str,
+        typer.Option(
+            "--mishap",
+            metavar="KIND",
+            help="What happens to the robot once in each trial: push, slick, knock, dark, frozen or dropout.",
+        ),
+    ] = "",
     overrides: SetOption = None,
     rounds: Annotated[int | None, typer.Option("--rounds", help="Short for --set goal.rounds=N.")] = None,
     first_seed: Annotated[
@@ -39,6 +47,6 @@ def trials(
 
     chosen = find(engine)
     wishes = [*(overrides or []), *([f"goal.rounds={rounds}"] if rounds is not None else [])]
-    study = plan(file, wishes, variation, range(first_seed, first_seed + n), out)
+    study = plan(file, wishes, variation, range(first_seed, first_seed + n), out, mishap)
     report(study, jobs or os.cpu_count() or 1, out, wide_console(), chosen)
     return 0

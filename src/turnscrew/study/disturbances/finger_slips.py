@@ -6,6 +6,7 @@ Nothing pushes: what the contact can no longer hold by friction slides.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import inf
 
 import numpy as np
 from numpy.random import Generator
@@ -62,6 +63,7 @@ class SlickFingers:
         first: Earliest time of the first moment [s].
         pause: Shortest time from the end of one to the next [s]; the longest is twice that.
         watched: How long after its start a finger's way is followed [s].
+        most: Number of moments after which there are no more.
         made: The moments so far.
     """
 
@@ -72,6 +74,7 @@ class SlickFingers:
     first: float = 1.2
     pause: float = 1.5
     watched: float = 0.8
+    most: float = inf
     made: list[FingerMoment] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -85,7 +88,7 @@ class SlickFingers:
     def step(self) -> None:
         """Applies what is due to the coming step, and follows the finger."""
         time = self.cell.time
-        if not self._slick and time >= self._due:
+        if not self._slick and time >= self._due and len(self.made) < self.most:
             self._begin(time)
         if not self.made or time >= self.made[-1].start + self.watched:
             return

@@ -17,7 +17,7 @@ from turnscrew.plant.cell import Cell
 from turnscrew.study.disturbances.disturbance import Span
 
 FORCE = 3.0
-"""A push [N]: four times the tool's weight."""
+"""A push, unless told otherwise [N]: four times the tool's weight."""
 
 LENGTH = 0.1
 """How long it lasts [s]."""
@@ -34,17 +34,19 @@ class Push:
         start: When it begins [s].
         heading: Its direction, level, from W's x axis [rad].
         height: Where it acts, along the tool's axis from the tip [m].
+        size: Of its force [N].
     """
 
     start: float
     heading: float
     height: float
+    size: float = FORCE
 
     def force(self, time: float) -> Array:
         """Force (3,) in W at a time [N]."""
         if not self.start <= time < self.start + LENGTH:
             return np.zeros(3)
-        return FORCE * np.array([np.cos(self.heading), np.sin(self.heading), 0.0])
+        return self.size * np.array([np.cos(self.heading), np.sin(self.heading), 0.0])
 
 
 @dataclass
@@ -58,6 +60,8 @@ class Pushes:
         rng: Draws.
         span: When pushes may begin.
         pause: Shortest time from one push to the next [s]; the longest is twice that.
+        size: Of their force [N].
+        most: Number of pushes after which there are no more.
         made: The pushes so far.
     """
 
@@ -65,6 +69,8 @@ class Pushes:
     rng: Generator
     span: Span = ALWAYS
     pause: float = 2.0
+    size: float = FORCE
+    most: float = inf
     made: list[Push] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -77,7 +83,7 @@ class Pushes:
     def step(self) -> None:
         """Applies what is due to the coming step."""
         time, data = self.cell.time, self.cell.data
-        if time >= self._next.start and self.span.holds(self._next.start):
+        if time >= self._next.start and self.span.holds(self._next.start) and len(self.made) < self.most:
             self.made.append(self._next)
             self._next = self._draw(self._next.start + self.pause * self.rng.uniform(1.0, 2.0))
         if not self.made:
@@ -89,4 +95,5 @@ class Pushes:
         data.xfrc_applied[self._tool] = np.concatenate([force, cross(arm, force)])
 
     def _draw(self, start: float) -> Push:
-        return Push(start, float(self.rng.uniform(0.0, 2.0 * np.pi)), float(self.rng.uniform(*self._handle)))
+        heading, height = self.rng.uniform(0.0, 2.0 * np.pi), self.rng.uniform(*self._handle)
+        return Push(start, float(heading), float(height), self.size)

@@ -30,7 +30,9 @@ def _nothing(run: Run, span: Span, rng: Generator) -> Hook:
     return idle
 
 
-def _spoiling(make: Callable[[Span, Generator], Spoil]) -> Callable[[Run, Span, Generator], Hook]:
+def spoiling(make: Callable[[Span, Generator], Spoil]) -> Callable[[Run, Span, Generator], Hook]:
+    """A disturbance's `put` that spoils measurements in a way drawn for each run."""
+
     def put(run: Run, span: Span, rng: Generator) -> Hook:
         spoil_sensors(run, make(span, rng))
         return idle
@@ -38,30 +40,31 @@ def _spoiling(make: Callable[[Span, Generator], Spoil]) -> Callable[[Run, Span, 
     return put
 
 
-def _seconds(length: float) -> Callable[[Scenario], float]:
+def seconds(length: float) -> Callable[[Scenario], float]:
+    """A disturbance's length, the same in all scenarios."""
     return lambda scenario: length
 
 
-_dark = _spoiling(lambda span, rng: dark(span))
+_dark = spoiling(lambda span, rng: dark(span))
 
 SENSOR_FAULTS = {
-    "nothing": Disturbance("no fault: what the estimate errs by anyhow", _seconds(2.0), _nothing),
-    "dark": Disturbance("the camera is dark for 2 s", _seconds(2.0), _dark, FaultKind.VISION_LOST),
+    "nothing": Disturbance("no fault: what the estimate errs by anyhow", seconds(2.0), _nothing),
+    "dark": Disturbance("the camera is dark for 2 s", seconds(2.0), _dark, FaultKind.VISION_LOST),
     "flipped": Disturbance(
         f"the marker's pose is flipped, {FRAMES} frames long",
         lambda scenario: FRAMES / scenario.vision.rate,
-        _spoiling(lambda span, rng: flipped(span, rng.uniform(0.0, 2.0 * np.pi))),
+        spoiling(lambda span, rng: flipped(span, rng.uniform(0.0, 2.0 * np.pi))),
         FaultKind.POSE_SUSPECT,
         refusable=True,
     ),
-    "dark-short": Disturbance("the camera is dark for .3 s", _seconds(0.3), _dark),
+    "dark-short": Disturbance("the camera is dark for .3 s", seconds(0.3), _dark),
     "nan": Disturbance(
         "one reading is no number for a tick",
         lambda scenario: 1.0 / scenario.rate.control,
-        _spoiling(no_number),
+        spoiling(no_number),
         FaultKind.POSE_SUSPECT,
     ),
-    "frozen": Disturbance(f"one finger's force hangs for {FORCE_FAULT:g} s", _seconds(FORCE_FAULT), _spoiling(frozen)),
-    "silent": Disturbance(f"one finger's force is 0 for {FORCE_FAULT:g} s", _seconds(FORCE_FAULT), _spoiling(silent)),
+    "frozen": Disturbance(f"one finger's force hangs for {FORCE_FAULT:g} s", seconds(FORCE_FAULT), spoiling(frozen)),
+    "silent": Disturbance(f"one finger's force is 0 for {FORCE_FAULT:g} s", seconds(FORCE_FAULT), spoiling(silent)),
 }
 """Sensor faults; "nothing" is what the others are compared with."""

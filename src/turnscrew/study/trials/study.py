@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from turnscrew.errors import ScenarioError
+from turnscrew.study.disturbances.mishaps import MISHAPS
 from turnscrew.study.events import columns_of
 from turnscrew.study.parts import Done, part_file, write_whole
 from turnscrew.study.trials.trial import Trial, attempt
@@ -30,14 +32,16 @@ class TrialPart:
     Attributes:
         scenario: What is run, its seed and its drawn values included.
         drawn: The drawn values by key.
-        command: That makes the trial again, with a record.
+        command: That makes the trial again, with a record; without its mishap.
         file: Where its findings go.
+        mishap: Name of what happens to the robot once; nothing without.
     """
 
     scenario: Scenario
     drawn: dict[str, Any]
     command: str
     file: Path
+    mishap: str = ""
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,9 @@ class Trials:
     rounds: int | None
 
 
-def trials(file: Path | None, overrides: Sequence[str], variation: str, seeds: range, out: Path) -> Trials:
+def trials(
+    file: Path | None, overrides: Sequence[str], variation: str, seeds: range, out: Path, mishap: str = ""
+) -> Trials:
     """All trials of a study.
 
     Args:
@@ -66,11 +72,14 @@ def trials(file: Path | None, overrides: Sequence[str], variation: str, seeds: r
         variation: Of `variation.SIZES`.
         seeds: Of the trials.
         out: Folder of the study.
+        mishap: Of `MISHAPS`, what happens to the robot once in each trial; nothing without.
 
     Raises:
-        ScenarioError: file, override or variation are wrong.
+        ScenarioError: file, override, variation or mishap are wrong.
         PlanError: no plan fits the handle.
     """
+    if mishap and mishap not in MISHAPS:
+        raise ScenarioError(f"--mishap {mishap}: unknown; there are {', '.join(MISHAPS)}")
     base = load(file, overrides)
     rows = table(base, variation, [name.partition("=")[0].strip() for name in overrides])
     # planned once, here, and kept for all
@@ -81,8 +90,10 @@ def trials(file: Path | None, overrides: Sequence[str], variation: str, seeds: r
         # what was set by hand comes last: it may set a whole table
         wishes = [*(override(key, value) for key, value in drawn.items()), *overrides]
         scenario = load(file, wishes, seed)
-        path = part_file(out, f"trial-{seed}", "trials", scenario.model_dump(mode="json"))
-        parts.append(TrialPart(scenario, drawn, command(file, wishes, seed), path))
+        # a trial without a mishap keeps the name that it always had
+        depends = ["trials", scenario.model_dump(mode="json"), *([mishap] if mishap else [])]
+        path = part_file(out, f"{mishap or 'trial'}-{seed}", *depends)
+        parts.append(TrialPart(scenario, drawn, command(file, wishes, seed), path, mishap))
     return Trials(variation, rows, tuple(parts), base.goal.rounds)
 
 
@@ -94,7 +105,7 @@ def command(file: Path | None, wishes: Sequence[str], seed: int) -> str:
 
 def work(part: TrialPart) -> Done:
     """Makes one trial."""
-    return asdict(attempt(part.scenario))
+    return asdict(attempt(part.scenario, part.mishap))
 
 
 def write_results(done: Sequence[tuple[TrialPart, Done]], out: Path) -> Path:

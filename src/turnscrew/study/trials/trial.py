@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from zlib import crc32
+
+import numpy as np
 
 from turnscrew.errors import PlanError
 from turnscrew.plant.truth import Truth
 from turnscrew.signals import Fault
-from turnscrew.study.disturbances.disturbance import idle
+from turnscrew.study.disturbances.disturbance import Hook, Span, idle
+from turnscrew.study.disturbances.mishaps import MISHAPS, MOMENT
 from turnscrew.study.disturbed import GOAL, turn
 from turnscrew.task.fasten import Run, summarise
 from turnscrew.task.loop import Tick
@@ -48,6 +52,10 @@ class Trial:
         tilt_error_deg: Of the estimated tilt, rms [deg].
         yaw_error_deg: Of the estimated yaw, rms [deg].
         support_fraction: Share of the turning time with at least two fingers in contact.
+        mishap: What happened to it on purpose, if anything.
+        mishap_s: When [s].
+        mishap_phase: Phase of the gait then; empty if the run was over before.
+        recoveries: What the robot did about trouble, in its order.
     """
 
     seed: int
@@ -70,24 +78,44 @@ class Trial:
     tilt_error_deg: float = math.nan
     yaw_error_deg: float = math.nan
     support_fraction: float = math.nan
+    mishap: str = ""
+    mishap_s: float = math.nan
+    mishap_phase: str = ""
+    recoveries: str = ""
 
 
 @dataclass
 class Notes:
-    """What is noted at each tick."""
+    """What is noted at each tick.
 
+    Attributes:
+        mishap_s: When something is to happen [s].
+        phase: Phase of the gait.
+        round: Rounds completed.
+        mishap_phase: Phase in which it happened.
+        faults: All that was named.
+    """
+
+    mishap_s: float = math.nan
     phase: str = ""
     round: int = 0
+    mishap_phase: str = ""
     faults: list[Fault] = field(default_factory=list)
 
     def see(self, tick: Tick, truth: Truth) -> None:
         """One tick."""
         self.phase, self.round = str(tick.goal.phase), tick.goal.round
+        if tick.measurement.time >= self.mishap_s and not self.mishap_phase:
+            self.mishap_phase = self.phase
         self.faults.extend(tick.faults)
 
 
-def attempt(scenario: Scenario) -> Trial:
+def attempt(scenario: Scenario, mishap: str = "") -> Trial:
     """Runs a trial to its end; whatever goes wrong in it is its outcome.
+
+    Args:
+        scenario: What is run.
+        mishap: Name of what happens to the robot once, at a moment that the seed tells; nothing without.
 
     Raises:
         CameraError: the camera's calibration or its markers cannot be used.
@@ -97,14 +125,25 @@ def attempt(scenario: Scenario) -> Trial:
     try:
         run = Run.begin(scenario)
     except PlanError as error:
-        return Trial(scenario.seed, False, NO_START, evidence=str(error))
+        return Trial(scenario.seed, False, NO_START, evidence=str(error), mishap=mishap)
     with run.cell:
+        hook = _prepare(run, mishap, notes) if mishap else idle
         try:
-            outcome = turn(run, idle, notes.see)
+            outcome = turn(run, hook, notes.see)
         except (ArithmeticError, LookupError, RuntimeError, TypeError, ValueError) as error:
             # one trial that meets a bug must not cost hundreds of others; it counts as failed, and tells why
-            return Trial(scenario.seed, False, CRASH, notes.phase, notes.round, f"{type(error).__name__}: {error}")
-        return _told(scenario.seed, outcome, notes, summarise(run, outcome, notes.faults, 1.0))
+            evidence = f"{type(error).__name__}: {error}"
+            return Trial(scenario.seed, False, CRASH, notes.phase, notes.round, evidence, mishap=mishap)
+        trial = _told(scenario.seed, outcome, notes, summarise(run, outcome, notes.faults, 1.0))
+        return replace(trial, mishap=mishap, mishap_s=notes.mishap_s, mishap_phase=notes.mishap_phase)
+
+
+def _prepare(run: Run, mishap: str, notes: Notes) -> Hook:
+    """Draws when the mishap happens, the same moment for all kinds, and how; returns the hook that makes it."""
+    disturbance = MISHAPS[mishap]
+    notes.mishap_s = float(np.random.default_rng(run.scenario.seed).uniform(*MOMENT))
+    span = Span(notes.mishap_s, notes.mishap_s + disturbance.length(run.scenario))
+    return disturbance.put(run, span, np.random.default_rng([run.scenario.seed, crc32(mishap.encode())]))
 
 
 def _told(seed: int, outcome: str, notes: Notes, summary: Summary) -> Trial:
