@@ -82,6 +82,7 @@ class Estimate:
         tip_slip: How strongly the forces at the tip contradict a tip that stays where it is: 1 is the threshold.
         finger_slip: (5,) way that each fingertip has slid down the handle lately [m].
         grip: (5,) share of the friction counted with that each finger is trusted with: 1 until it has slid.
+        hung: (5,) which fingers' force sensors hang and are done without.
         P: (6, 6) covariance of the errors of p_WT [m], then of the orientation as a rotation vector in W [rad].
         frame: What became of the camera's last frame: "taken", "refused" (an outlier), "late" or "none".
         status: What the pose refinement said of its last frame: "warm", "cold" (solved from the last or from a fresh
@@ -113,6 +114,7 @@ class Estimate:
     tip_slip: float
     finger_slip: Array
     grip: Array
+    hung: Flags
     P: Array
     frame: str
     status: str
@@ -221,6 +223,7 @@ class FaultKind(StrEnum):
     TORQUE_SATURATED = "TORQUE_SATURATED"
     VISION_LOST = "VISION_LOST"
     POSE_SUSPECT = "POSE_SUSPECT"
+    FORCE_SUSPECT = "FORCE_SUSPECT"
     TIMEOUT = "TIMEOUT"
     DIVERGED = "DIVERGED"
 

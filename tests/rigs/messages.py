@@ -19,7 +19,7 @@ def estimate_of(**changes: object) -> Estimate:
         "nu": np.zeros(6), "radius": RADIUS, "p_WS": np.zeros(3), "theta": 0.0,
         "touching": np.zeros(5, dtype=bool), "f_W": np.zeros((5, 3)), "c_W": RADIUS * n + [0, 0, HEIGHT], "n_W": n,
         "gap": np.full(5, 0.01), "F_s": np.zeros(6), "stiffness": 0.02, "tip_slip": 0.0,
-        "finger_slip": np.zeros(5), "grip": np.ones(5),
+        "finger_slip": np.zeros(5), "grip": np.ones(5), "hung": np.zeros(5, dtype=bool),
         "P": np.zeros((6, 6)), "frame": "none", "status": "none",
     }  # fmt: skip
     seen = {"p_WT_seen": np.zeros(3), "R_WT_seen": np.eye(3), "p_WT_refined": np.zeros(3), "R_WT_refined": np.eye(3)}

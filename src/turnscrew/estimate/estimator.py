@@ -29,6 +29,7 @@ from turnscrew.estimate.filter_state import HAND, THETA, FilterState, Prior, pos
 from turnscrew.estimate.finger_force import FingerForceState, ForceFromTorque
 from turnscrew.estimate.finger_slip import FingerSlip, FingerSlipState, moved_along
 from turnscrew.estimate.handle_contacts import HandleContacts, capsules_of, handle_contacts
+from turnscrew.estimate.hung_force import HungForce
 from turnscrew.estimate.joint_smoothing import JointSmoother, JointState
 from turnscrew.estimate.odometry import RollingOdometry
 from turnscrew.estimate.pose_refine import PoseRefiner, Refinement
@@ -90,6 +91,7 @@ class ToolEstimator:
         reach: Distance from the handle beyond which a fingertip cannot touch it [m]: three sigmas of joint offsets
             (.57 deg) and hand-to-screw calibration (2 mm) together.
         joints: Smoother of the joints' readings.
+        hung: Finds force sensors that hang.
         touch: Touch detector.
         odometry: Rolling odometry.
         filter: Noise of the filter.
@@ -111,6 +113,7 @@ class ToolEstimator:
     forces: ForceFromTorque | None = None
     reach: float = 0.006
     joints: JointSmoother = field(default_factory=JointSmoother)
+    hung: HungForce = field(default_factory=HungForce)
     touch: TouchDetector = field(default_factory=TouchDetector)
     odometry: RollingOdometry = field(default_factory=RollingOdometry)
     filter: ToolFilter = field(default_factory=ToolFilter)
@@ -141,6 +144,7 @@ class ToolEstimator:
             filter=filtered,
             gauged=None if self.forces is None else self.forces.init(),
             f_F=np.zeros((len(FINGERS), 3)),
+            hung=self.hung.init(measurement),
             touch=self.touch.init(),
             tips=tips,
             capsules=capsules,
@@ -196,6 +200,8 @@ class ToolEstimator:
         f = state.filter
         tips = self.fingertips(measurement.q - f.joint_offset())
         gauged, f_F = self._forces(state, measurement, tips, dt)
+        hung, near = self.hung.update(state.hung, read, dt), state.contacts
+        f_F = self.hung.believed(hung, f_F, tips.R_WF, near.gap, near.n_W, f.R_WT[:, 2])
         touch = self.touch.update(state.touch, f_F, tips.R_WF, dt)
         weight = touch.level * touch.touching
         rolled = self.odometry.increment(state.tips, tips, state.contacts.tip_W, weight, f.p_WT, f.R_WT)
@@ -215,6 +221,7 @@ class ToolEstimator:
             filter=f,
             gauged=gauged,
             f_F=f_F,
+            hung=hung,
             touch=touch,
             tips=tips,
             contacts=self._contacts(f, tips, state.capsules),
@@ -354,6 +361,7 @@ class ToolEstimator:
             tip_slip=tip_slip,
             finger_slip=state.fingers.slid,
             grip=state.fingers.grip,
+            hung=self.hung.hung(state.hung),
             P=pose_covariance(f.P),
             frame=self._verdict(state, measurement),
             status=state.status,

@@ -11,6 +11,7 @@ from turnscrew.estimate.filter_state import FilterState
 from turnscrew.estimate.finger_force import FingerForceState
 from turnscrew.estimate.finger_slip import FingerSlipState
 from turnscrew.estimate.handle_contacts import HandleContacts
+from turnscrew.estimate.hung_force import HungState
 from turnscrew.estimate.joint_smoothing import JointState
 from turnscrew.estimate.refine_step import Refined
 from turnscrew.estimate.screw_angle import AngleState
@@ -35,6 +36,7 @@ class EstimatorState:
         filter: Tool, screw, radius and offsets.
         gauged: The gauges' last readings; None for a hand with sensors in its fingertips.
         f_F: (5, 3) force of each fingertip now, in its frame F, not low-passed [N].
+        hung: Whether force sensors repeat themselves.
         touch: Touch flags and low-passed forces.
         tips: Fingertips at the last tick, with the present offsets removed.
         capsules: Their patches.
@@ -59,6 +61,7 @@ class EstimatorState:
     filter: FilterState
     gauged: FingerForceState | None
     f_F: Array
+    hung: HungState
     touch: TouchState
     tips: Fingertips
     capsules: tuple[Capsule, ...]

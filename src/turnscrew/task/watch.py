@@ -193,6 +193,9 @@ class Watch:
             )
         elif state.unread > 0.0:
             yield FaultKind.POSE_SUSPECT, f"no number from {unread(measurement)}"
+        if estimate.hung.any():
+            fingers = " and ".join(name for name, hung in zip(FINGERS, estimate.hung, strict=True) if hung)
+            yield FaultKind.FORCE_SUSPECT, f"the force reading of {fingers} repeats itself"
         if estimate.tip_slip >= 1.0:
             yield FaultKind.TIP_SLIP, f"the tip does not stay where it is: signal {estimate.tip_slip:.1f} of 1"
 

@@ -152,7 +152,8 @@ class Bench:
             nu=np.concatenate([R.T @ truth.V_WT[:3], R.T @ truth.V_WT[3:]]), radius=self._plan.radius,
             p_WS=truth.p_WS, theta=truth.theta, touching=truth.touching, f_W=truth.f_W, c_W=found.c_W, n_W=found.n_W,
             gap=found.gap, F_s=np.array([0.0, 0.0, Gait.tip_force, 0.0, 0.0, asked]), stiffness=STIFFNESS,
-            tip_slip=0.0, finger_slip=np.zeros(len(FINGERS)), grip=np.ones(len(FINGERS)), P=np.zeros((6, 6)),
+            tip_slip=0.0, finger_slip=np.zeros(len(FINGERS)), grip=np.ones(len(FINGERS)),
+            hung=np.zeros(len(FINGERS), dtype=bool), P=np.zeros((6, 6)),
             frame="none", status="filter", p_WT_seen=none, R_WT_seen=np.eye(3), p_WT_refined=none,
             R_WT_refined=np.eye(3),
         )  # fmt: skip
