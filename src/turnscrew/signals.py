@@ -143,6 +143,7 @@ class Goal:
     Attributes:
         phase: Name of the task's phase.
         round: Rounds completed.
+        vain: Rounds in a row, up to the last, that have not turned the screw and do not count.
         roles: (5,) a `Role` for each finger.
         share: (5,) weight of a gripping finger in carrying the tool, 0 to 1; ramps bring fingers in and out.
         squeeze: (5,) wanted normal force of a gripping finger [N].
@@ -156,6 +157,7 @@ class Goal:
 
     phase: str
     round: int
+    vain: int
     roles: NDArray[np.int_]
     share: Array
     squeeze: Array

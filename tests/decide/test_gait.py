@@ -36,13 +36,14 @@ def standing(**changes):
     return estimate_of(**{**rest, **changes})
 
 
-def play(rounds=1, touching=TOUCHING, gait=GAIT):
-    """Goals of an undisturbed gait whose free fingers are where they are sent; also the phases in order."""
-    state, goals, q = gait.init(), [], PLAN.rolling(0.0)
-    for _ in range(3000):
-        estimate = standing(q=q, touching=touching[state.phase])
+def play(rounds=1, touching=TOUCHING, gait=GAIT, follows=lambda goal: True):
+    """Goals of an undisturbed gait whose free fingers are where they are sent, and whose screw turns if it follows."""
+    state, goals, q, theta = gait.init(), [], PLAN.rolling(0.0), 0.0
+    for _ in range(5000):
+        estimate = standing(q=q, theta=theta, touching=touching[state.phase])
         state, goal = gait.update(state, estimate, DT)
         q = goal.q_free
+        theta -= goal.turn_rate * DT * follows(goal)
         goals.append(goal)
         if goal.round >= rounds:
             return goals
@@ -56,6 +57,19 @@ def phases(goals):
 def test_two_rounds_go_through_all_phases_in_order():
     order = [str(phase) for phase in Phase if phase is not Phase.HOLD]
     assert phases(play(2)) == [*order, *order[1:], "roll"]
+
+
+def test_rounds_that_do_not_turn_the_screw_do_not_count_and_are_made_firmer():
+    goals = play(2, follows=lambda goal: goal.round == 0 or goal.vain == 2)
+    rolls = [goal for goal in goals if goal.phase == Phase.ROLL]
+    assert [(goal.round, goal.vain) for a, goal in pairwise(goals) if goal.phase == "roll" != a.phase] == [
+        (0, 0), (1, 0), (1, 1), (1, 2), (2, 0),
+    ]  # fmt: skip
+    for vain in range(3):
+        of = [goal for goal in rolls if goal.round == 1 and goal.vain == vain]
+        # half as much again each time, and as much slower
+        assert max(goal.squeeze[TH_MF].max() for goal in of) == pytest.approx((1.0 + 0.5 * vain) * GAIT.squeeze)
+        assert min(goal.turn_rate for goal in of) == pytest.approx(-GAIT.speed / (1.0 + 0.5 * vain))
 
 
 def test_a_round_takes_less_than_four_and_a_half_seconds_at_nominal_speed():

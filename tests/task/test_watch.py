@@ -51,7 +51,7 @@ def test_nothing_is_named_while_all_is_well():
         (FaultKind.TIP_SLIP, 0.1, {"estimate": lambda t: estimate_of(p_WT=np.array([0.005, 0, 0]), touching=HELD)}),
         (FaultKind.CONTACT_LOST, 0.4, {"estimate": lambda t: estimate_of(touching=HELD & [1, 0, 0, 0, 0])}),
         (FaultKind.STALLED, 9.0, {"goal": lambda t: goal_of(roles=GRIP, phase="add")}),
-        (FaultKind.STALLED, 1.0, {"goal": lambda t: goal_of(roles=GRIP, round=int(t > 0.5))}),
+        (FaultKind.STALLED, 1.0, {"goal": lambda t: goal_of(roles=GRIP, vain=3 if t > 0.5 else 2)}),
         (FaultKind.VISION_LOST, 0.6, {"frame": False}),
         (FaultKind.TIMEOUT, 10.2, {}),
         (FaultKind.DIVERGED, 0.1, {"estimate": lambda t: estimate_of(q=np.full(28, np.nan))}),

@@ -54,6 +54,8 @@ class GaitState:
         gripping: (5,) fingers that carry the tool.
         q_from: (28,) joint angles when the phase began [rad].
         q_target: (28,) where the free fingers go in this phase [rad].
+        theta: Angle of the screw when the last round ended [rad].
+        vain: Rounds in a row, up to the last, that have not turned the screw.
     """
 
     phase: Phase
@@ -63,6 +65,8 @@ class GaitState:
     gripping: Flags
     q_from: Array
     q_target: Array
+    theta: float = 0.0
+    vain: int = 0
 
 
 @dataclass(frozen=True)
@@ -89,6 +93,10 @@ class Gait:
         stop: Distance from a joint's limit at which a roll ends early [rad].
         support_speed: Turning speed of the handle between FF and RF while TH and MF go back [rad/s]: the paper lets
             them roll, too.
+        least_turn: A round that turns the screw by less does not count and is made again [rad]: 20 deg, and what the
+            estimate may err by.
+        firmer: By how much of itself the squeeze grows after each round that has not turned the screw, and the turning
+            slows down: the handle has slid in the fingers, or the blade has left its slot.
     """
 
     plan: GaitPlan
@@ -108,6 +116,8 @@ class Gait:
     closing: float = 0.015
     stop: float = 0.02
     support_speed: float = 0.0
+    least_turn: float = np.radians(22.0)
+    firmer: float = 0.5
 
     def faster(self, factor: float) -> Gait:
         """The same gait with its times divided by a factor, but for what touches: feeling gains 1.7 times at most.
@@ -139,9 +149,16 @@ class Gait:
         state = replace(state, clock=state.clock + dt, rolled=rolled, gripping=self._gripping(state, estimate))
         goal = self._goal(state, estimate)
         if self._is_over(state, estimate):
-            completed = state.round + (state.phase in (Phase.REMOVE, Phase.HOLD))
-            state = replace(state, phase=self._following(state.phase), round=completed, clock=0.0)
+            if state.phase in (Phase.REMOVE, Phase.HOLD):
+                state = self._counted(state, estimate.theta)
+            state = replace(state, phase=self._following(state.phase), clock=0.0)
         return state, goal
+
+    def _counted(self, state: GaitState, theta: float) -> GaitState:
+        """The state after a round, if it was one."""
+        if self.plan.course is Course.ROUND and theta - state.theta < self.least_turn:
+            return replace(state, theta=theta, vain=state.vain + 1)
+        return replace(state, theta=theta, vain=0, round=state.round + 1)
 
     def _following(self, phase: Phase) -> Phase:
         if phase is Phase.REMOVE:
@@ -175,7 +192,11 @@ class Gait:
             return 0.0
         left = max(self.plan.stroke - state.rolled, 0.0)
         fall = np.sqrt(2 * left / (self.speed * self.ramp)) + 0.05
-        return self.speed * float(min(state.clock / self.ramp + 0.05, fall, 1.0))
+        return self.speed / self._effort(state) * float(min(state.clock / self.ramp + 0.05, fall, 1.0))
+
+    def _effort(self, state: GaitState) -> float:
+        """How much firmer, and slower, than at first."""
+        return 1.0 + self.firmer * state.vain
 
     def _gripping(self, state: GaitState, estimate: Estimate) -> Flags:
         """Who carries the tool: a finger joins when it has felt the handle, and leaves when its share is gone."""
@@ -234,9 +255,10 @@ class Gait:
         return Goal(
             phase=state.phase,
             round=state.round,
+            vain=state.vain,
             roles=roles,
             share=share,
-            squeeze=share * np.where(FF_RF, self.support_squeeze, self.squeeze),
+            squeeze=share * self._effort(state) * np.where(FF_RF, self.support_squeeze, self.squeeze),
             approach=np.where(reaching[:, None], -self.closing * estimate.n_W, 0.0),
             q_free=self._free_posture(state),
             q_guide=self.plan.rolling(progress),

@@ -26,8 +26,6 @@ class WatchState:
         seen: Whether there ever was one.
         refused: Camera frames in a row that were refused as outliers, or held no numbers.
         unread: Time for which a reading has not been a number [s].
-        round: Rounds at the last tick.
-        theta: Screw angle when the last round ended [rad].
         eased: Time since a drive was at its limit [s].
         lasting: Trouble that the run lives with and that is not over: named when it began.
     """
@@ -39,8 +37,6 @@ class WatchState:
     seen: bool = False
     refused: int = 0
     unread: float = 0.0
-    round: int = 0
-    theta: float = 0.0
     eased: float = 0.0
     lasting: frozenset[FaultKind] = frozenset()
 
@@ -69,7 +65,7 @@ class Watch:
         dropped: Tilt from which on the tool counts as lost [rad]: no grasp of the plan reaches there.
         off_centre: Distance of the tip from the drive that it cannot have inside the slot [m]: half the blade's width
             and a millimetre of the camera's error.
-        least_turn: A round that turns the screw by less has failed [rad]: half of what counts as a round's worth.
+        vain: Rounds in a row that may fail to turn the screw: a grip that has slid is taken again, firmer.
         unseen: Time without a camera pose after which the camera counts as lost [s]: 15 frames at 30 Hz, more than a
             finger takes to cross the view,
         blind: after which the run cannot go on [s]: three rounds, of which rolling odometry loses about 1 deg of yaw
@@ -90,7 +86,7 @@ class Watch:
     unheld: float = 0.25
     dropped: float = np.radians(15.0)
     off_centre: float = 0.004
-    least_turn: float = np.radians(10.0)
+    vain: int = 2
     unseen: float = 0.5
     blind: float = 10.0
     sightless: float = 2.0
@@ -116,7 +112,6 @@ class Watch:
     ) -> tuple[WatchState, tuple[Fault, ...]]:
         """One tick: the new state and the faults of this tick, those that end the run first."""
         held = int(estimate.touching.sum()) >= 2
-        new_round = goal.round != state.round
         frame = measurement.vision
         got = frame is not None and legible(frame)
         refused = estimate.frame == "refused" or (frame is not None and not got)
@@ -128,13 +123,10 @@ class Watch:
             seen=state.seen or got,
             refused=0 if estimate.frame == "taken" else state.refused + refused,
             unread=0.0 if not unread(measurement) else state.unread + dt,
-            round=goal.round,
-            theta=estimate.theta if new_round else state.theta,
         )
-        turned = estimate.theta - state.theta if new_round else np.inf
         ending = tuple(
             Fault(kind, measurement.time, evidence)
-            for kind, evidence in self._ending(following, measurement, estimate, goal, turned)
+            for kind, evidence in self._ending(following, measurement, estimate, goal)
         )
         lasting = dict(self._lasting(following, measurement, estimate))
         lasting.update(self._slipping(estimate, goal, strain, FaultKind.FINGER_SLIP in state.lasting))
@@ -151,7 +143,7 @@ class Watch:
         return replace(following, lasting=frozenset(lasting)), ending + begun
 
     def _ending(
-        self, state: WatchState, measurement: Measurement, estimate: Estimate, goal: Goal, turned: float
+        self, state: WatchState, measurement: Measurement, estimate: Estimate, goal: Goal
     ) -> Iterator[tuple[FaultKind, str]]:
         """Trouble after which the run cannot go on, worst first."""
         if not (np.isfinite(estimate.p_WT).all() and np.isfinite(estimate.q).all()):
@@ -167,8 +159,8 @@ class Watch:
             yield FaultKind.TIP_SLIP, f"the tip is {off * 1e3:.1f} mm from the drive's centre"
         if state.unheld > self.unheld and int((goal.roles == GRIP).sum()) >= 2:
             yield FaultKind.CONTACT_LOST, f"fewer than two fingertips touch since {state.unheld:.2f} s"
-        if turned < self.least_turn:
-            yield FaultKind.STALLED, f"a round turned the screw by {np.degrees(turned):.1f} deg only"
+        if goal.vain > self.vain:
+            yield FaultKind.STALLED, f"{goal.vain} rounds in a row have not turned the screw"
         if state.in_phase > self.longest_phase:
             yield FaultKind.STALLED, f"phase {state.phase} lasts {state.in_phase:.1f} s"
         if state.unseen > (self.blind if state.seen else self.sightless):

@@ -187,7 +187,7 @@ class Bench:
         roles[self._rows] = Role.GRIP
         share = np.where(roles == Role.GRIP, 1.0, 0.0)
         return Goal(
-            phase="hold", round=0, roles=roles, share=share, squeeze=Gait.squeeze * share,
+            phase="hold", round=0, vain=0, roles=roles, share=share, squeeze=Gait.squeeze * share,
             approach=np.zeros((5, 3)), q_free=self._q, q_guide=self._q, turn_rate=0.0, tip_force=Gait.tip_force,
             v_palm=np.zeros(3),
         )  # fmt: skip
