@@ -153,6 +153,8 @@ class Goal:
         turn_rate: Wanted yaw rate of the tool [rad/s], negative when fastening.
         tip_force: Wanted force of the screw on the tip along z of T [N].
         v_palm: (3,) velocity in W at which the arm moves the palm [m/s].
+        action: What is being done about trouble, in a word; empty while the gait goes on by itself.
+        recoveries: How often something has been done about trouble until now.
     """
 
     phase: str
@@ -167,6 +169,8 @@ class Goal:
     turn_rate: float
     tip_force: float
     v_palm: Array
+    action: str = ""
+    recoveries: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ def test_positions_are_the_default():
     assert isinstance(built.controller.distribution, Distribution)
     assert built.between is None
     assert not built.controller.servo.measured
-    assert built.gait.support_speed == 0.0
+    assert built.decider.gait.support_speed == 0.0
 
 
 def test_torques_come_with_their_servo_and_optimal_forces():

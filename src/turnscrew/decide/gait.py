@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from itertools import pairwise
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from turnscrew.signals import FREE, GRIP, REACH, Estimate, Goal
 class Phase(StrEnum):
     """A round of the gait, in order; SETTLE comes once, before the first.
 
-    One long stroke is SETTLE, ROLL and HOLD.
+    One long stroke is SETTLE, ROLL and HOLD.  CATCH and GRASP come in when thumb or middle finger has lost the handle.
     """
 
     SETTLE = "settle"
@@ -30,12 +31,20 @@ class Phase(StrEnum):
     REGRIP = "regrip"
     REMOVE = "remove"
     HOLD = "hold"
+    CATCH = "catch"
+    GRASP = "grasp"
 
 
-ORDER = tuple(Phase)
+ORDER = tuple(phase for phase in Phase if phase not in (Phase.HOLD, Phase.CATCH, Phase.GRASP))
+NEXT: dict[Phase, Phase] = {
+    **dict(pairwise(ORDER)), Phase.REMOVE: Phase.ROLL, Phase.HOLD: Phase.HOLD, Phase.CATCH: Phase.GRASP,
+    Phase.GRASP: Phase.ADD,
+}  # fmt: skip
+"""What follows each phase of a round."""
+
 TH_MF = np.array([finger in ROLLING for finger in FINGERS])
 FF_RF = np.array([finger in SUPPORTING for finger in FINGERS])
-HELD_BY_TH_MF = (Phase.ROLL, Phase.ADD, Phase.HOLD)
+HELD_BY_TH_MF = (Phase.ROLL, Phase.ADD, Phase.HOLD, Phase.CATCH, Phase.GRASP)
 """Phases in which thumb and middle finger are where the roll has brought them."""
 
 FIRST_SHARE = 0.1
@@ -56,6 +65,8 @@ class GaitState:
         q_target: (28,) where the free fingers go in this phase [rad].
         theta: Angle of the screw when the last round ended [rad].
         vain: Rounds in a row, up to the last, that have not turned the screw.
+        cycle: All rounds until now, those that do not count included.
+        aside: Time in this phase before fingers that feel begin to [s].
     """
 
     phase: Phase
@@ -67,6 +78,8 @@ class GaitState:
     q_target: Array
     theta: float = 0.0
     vain: int = 0
+    cycle: int = 0
+    aside: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -135,37 +148,50 @@ class Gait:
         q = self.plan.rolling(0.0)
         return GaitState(Phase.SETTLE, 0, 0.0, 0.0, TH_MF.copy(), q, q)
 
-    def update(self, state: GaitState, estimate: Estimate, dt: float) -> tuple[GaitState, Goal]:
+    def update(self, state: GaitState, estimate: Estimate, dt: float, *, still: bool = False) -> tuple[GaitState, Goal]:
         """One tick: the goal of the present phase, and the next phase once this one is over.
 
         Args:
             state: Of the last tick.
             estimate: What is believed.
             dt: Time since the last tick [s].
+            still: Whether the handle is not to be turned.
         """
         if state.clock == 0.0:
             state = self._enter(state, estimate)
-        rolled = state.rolled + self._turning(state) * dt
+        turning = 0.0 if still else self._turning(state)
+        rolled = state.rolled + turning * dt
         state = replace(state, clock=state.clock + dt, rolled=rolled, gripping=self._gripping(state, estimate))
-        goal = self._goal(state, estimate)
+        goal = self._goal(state, estimate, turning)
         if self._is_over(state, estimate):
             if state.phase in (Phase.REMOVE, Phase.HOLD):
                 state = self._counted(state, estimate.theta)
-            state = replace(state, phase=self._following(state.phase), clock=0.0)
+            state = replace(state, phase=self._following(state.phase), clock=0.0, aside=0.0)
         return state, goal
+
+    def aiming(self, state: GaitState, estimate: Estimate) -> GaitState:
+        """The state with the fingers that feel for the handle, and do not find it, sent back to aim anew."""
+        if state.phase is Phase.ADD:
+            return replace(state, clock=0.0)
+        target = self.placing.before_handle(self.plan.returning(1.0), ROLLING, estimate, self.standoff)
+        return replace(state, clock=0.0, q_target=target, aside=self.add)
+
+    def catching(self, state: GaitState, estimate: Estimate) -> GaitState:
+        """The state with thumb and middle finger sent for the handle that they should hold, the others away."""
+        gripping = state.gripping & estimate.touching & TH_MF
+        away = self.plan.rolling(state.rolled / self.plan.stroke)
+        return replace(state, phase=Phase.CATCH, clock=0.0, gripping=gripping, q_target=away)
 
     def _counted(self, state: GaitState, theta: float) -> GaitState:
         """The state after a round, if it was one."""
         if self.plan.course is Course.ROUND and theta - state.theta < self.least_turn:
-            return replace(state, theta=theta, vain=state.vain + 1)
-        return replace(state, theta=theta, vain=0, round=state.round + 1)
+            return replace(state, theta=theta, cycle=state.cycle + 1, vain=state.vain + 1)
+        return replace(state, theta=theta, cycle=state.cycle + 1, vain=0, round=state.round + 1)
 
     def _following(self, phase: Phase) -> Phase:
-        if phase is Phase.REMOVE:
-            return Phase.ROLL
-        if phase is Phase.HOLD or (phase is Phase.ROLL and self.plan.course is Course.STROKE):
+        if phase is Phase.ROLL and self.plan.course is Course.STROKE:
             return Phase.HOLD
-        return ORDER[ORDER.index(phase) + 1]
+        return NEXT[phase]
 
     def _enter(self, state: GaitState, estimate: Estimate) -> GaitState:
         """Start of a phase: remember where the fingers are, and aim at where the handle is."""
@@ -203,7 +229,7 @@ class Gait:
         phase, clock = state.phase, state.clock
         if phase is Phase.ADD and clock > self.add:
             return state.gripping | (FF_RF & estimate.touching)
-        if phase is Phase.RETURN:
+        if phase in (Phase.RETURN, Phase.CATCH) and clock > state.aside:
             return state.gripping | (TH_MF & estimate.touching)
         if clock > self.take and phase is Phase.LEAVE:
             return np.asarray(state.gripping & ~TH_MF)
@@ -218,13 +244,16 @@ class Gait:
         phase = state.phase
         rising, falling = FIRST_SHARE + (1 - FIRST_SHARE) * ramp, 1.0 - ramp
         share[FF_RF] = {Phase.ADD: FIRST_SHARE, Phase.SUPPORT: rising, Phase.REMOVE: falling}.get(phase, 1.0)
-        share[TH_MF] = {Phase.RETURN: FIRST_SHARE, Phase.REGRIP: rising, Phase.LEAVE: falling}.get(phase, 1.0)
+        feeling, taking = (Phase.RETURN, Phase.CATCH), (Phase.REGRIP, Phase.GRASP)
+        share[TH_MF] = FIRST_SHARE if phase in feeling else rising if phase in taking else 1.0
+        if phase is Phase.LEAVE:
+            share[TH_MF] = falling
         return np.where(state.gripping, share, 0.0)
 
     def _reaching(self, state: GaitState) -> Flags:
         if state.phase is Phase.ADD and state.clock > self.add:
             return FF_RF & ~state.gripping
-        if state.phase is Phase.RETURN:
+        if state.phase in (Phase.RETURN, Phase.CATCH) and state.clock > state.aside:
             return TH_MF & ~state.gripping
         return np.zeros(len(FINGERS), dtype=bool)
 
@@ -246,7 +275,7 @@ class Gait:
     def _removing(self, s: float) -> Array:
         return self.plan.adding(1.0 - s, rolled=0.0)
 
-    def _goal(self, state: GaitState, estimate: Estimate) -> Goal:
+    def _goal(self, state: GaitState, estimate: Estimate, turning: float) -> Goal:
         reaching = self._reaching(state)
         roles = np.where(state.gripping, GRIP, np.where(reaching, REACH, FREE))
         share = self._share(state)
@@ -262,7 +291,7 @@ class Gait:
             approach=np.where(reaching[:, None], -self.closing * estimate.n_W, 0.0),
             q_free=self._free_posture(state),
             q_guide=self.plan.rolling(progress),
-            turn_rate=-self._turning(state),
+            turn_rate=-turning,
             tip_force=self.tip_force,
             v_palm=self.placing.palm_velocity(estimate) if moves_arm else np.zeros(3),
         )
@@ -274,10 +303,12 @@ class Gait:
             return state.rolled >= self.plan.stroke or at_limit
         if phase in (Phase.ADD, Phase.RETURN):
             return bool(state.gripping[TH_MF | FF_RF].all())
+        if phase is Phase.CATCH:
+            return bool(state.gripping[TH_MF].all())
         duration = {
             Phase.SETTLE: self.settle, Phase.SUPPORT: self.take, Phase.LEAVE: self.take + self.leave,
             Phase.RELOCATE: self.relocate, Phase.REGRIP: self.take, Phase.REMOVE: self.take + self.leave,
-            Phase.HOLD: self.held,
+            Phase.HOLD: self.held, Phase.GRASP: self.take,
         }[phase]  # fmt: skip
         return clock >= duration
 

@@ -110,6 +110,8 @@ class Cell:
         self._screw_q, self._screw_v = int(hinge.qposadr[0]), int(hinge.dofadr[0])
         self._thread_ctrl = self.model.actuator("thread").id
         self._contacts = ContactReader(self.model)
+        # a view of MuJoCo's own counts of positions, speeds and accelerations that were no numbers
+        self._warned = self.data.warning.number[mujoco.mjtWarning.mjWARN_BADQPOS : mujoco.mjtWarning.mjWARN_BADQACC + 1]
         self._drive_sum, self._drive_steps = np.zeros(len(DRIVEN)), 0
         self._camera = description.camera
         self._pictures: Pictures | None = None
@@ -138,8 +140,8 @@ class Cell:
     @property
     def diverged(self) -> bool:
         """Whether the integration has failed: MuJoCo met a number that is not finite, or beyond all measure."""
-        kinds = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
-        return any(self.data.warning[kind].number for kind in kinds)
+        bad_q, bad_v, bad_a = self._warned
+        return bool(bad_q or bad_v or bad_a)
 
     @property
     def time(self) -> float:

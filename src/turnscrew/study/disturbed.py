@@ -37,9 +37,8 @@ def turn(run: Run, hook: Hook, see: See, *, at_least: float = 0.0, enough: Calla
     while True:
         tick, truth = run.tick()
         see(tick, truth)
-        for fault in tick.faults:
-            if fault.ends:
-                return str(fault.kind)
+        if tick.over is not None:
+            return str(tick.over.kind)
         reached = reached or run.reached_goal(tick)
         if reached and run.cell.time >= at_least:
             wanted = run.scenario.goal.rounds

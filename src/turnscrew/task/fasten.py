@@ -21,7 +21,7 @@ from turnscrew.task.loop import Loop, LoopState, Tick
 from turnscrew.task.record import Recorder
 from turnscrew.task.scenario_keys import Scenario
 from turnscrew.task.start import draw_start, plan_of
-from turnscrew.task.summary import FaultEntry, Progress, Summary, versions
+from turnscrew.task.summary import FaultEntry, Progress, RecoveryEntry, Summary, versions
 from turnscrew.task.watch import Watch
 from turnscrew.task.wiring import build_blocks, build_cell, generators
 
@@ -160,9 +160,8 @@ def _turn(run: Run, recorder: Recorder, faults: list[Fault], began: float, on_pr
             due += PROGRESS_PERIOD
             on_progress(progress(tick, run.cell.time / (perf_counter() - began)))
         faults.extend(tick.faults)
-        for fault in tick.faults:
-            if fault.ends:
-                return str(fault.kind)
+        if tick.over is not None:
+            return str(tick.over.kind)
         if run.reached_goal(tick):
             return "goal"
         if not run.advance(lambda: recorder.step(run.cell.data)):
@@ -217,7 +216,10 @@ def summarise(run: Run, outcome: str, faults: list[Fault], wall_time: float) -> 
         force_error=judge.force_error(),
         support_fraction=judge.support_fraction,
         faults=[FaultEntry(kind=str(f.kind), time_s=f.time, evidence=f.evidence) for f in faults],
-        recoveries=[],
+        recoveries=[
+            RecoveryEntry(fault=str(done.kind), time_s=done.time, action=str(done.action))
+            for done in run.state.decider.made
+        ],
         seed=run.scenario.seed,
         versions=versions(),
     )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from turnscrew.control.controller import ControllerState
-from turnscrew.decide.gait import GaitState
+from turnscrew.decide.recovery import DeciderState
 from turnscrew.estimate.between_ticks import JointTrack
 from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.geometry.arrays import Array, Flags
@@ -17,7 +17,7 @@ from turnscrew.plant.cell import Cell
 from turnscrew.robot.coupling import DRIVEN_INDEX
 from turnscrew.robot.joints import DRIVEN, JOINTS
 from turnscrew.sense.sensors import SensorState
-from turnscrew.signals import Command, Effort, Estimate, Fault, Goal, Measurement
+from turnscrew.signals import Command, Effort, Estimate, Fault, FaultKind, Goal, Measurement
 from turnscrew.task.line import NO_DELAY, Line, UnderWay
 from turnscrew.task.watch import Strain, Watch, WatchState
 from turnscrew.task.wiring import Blocks
@@ -29,6 +29,8 @@ STILL = np.zeros(len(JOINTS))
 class LoopState:
     """States of all blocks between two ticks, and the motion `sent` (28,) that the joints were told to make [rad].
 
+    Of the faults, what the watch has found last is kept, for it is decided on a tick later.
+
     A robot that takes torques has beats between ticks, and needs for them the joints as read last, the estimate and the
     goal that are in force, and which drives (24,) a beat has held to their limits.  Commands that are under way to the
     drives are in `under_way`.
@@ -37,10 +39,11 @@ class LoopState:
     sensors: SensorState
     estimator: EstimatorState
     watch: WatchState
-    gait: GaitState
+    decider: DeciderState
     controller: ControllerState
     adapter: Any
     sent: Array
+    faults: tuple[Fault, ...] = ()
     joints: JointTrack | None = None
     last: tuple[Estimate, Goal] | None = None
     under_way: UnderWay = ()
@@ -49,7 +52,7 @@ class LoopState:
 
 @dataclass(frozen=True, slots=True)
 class Tick:
-    """What passed between the rooms in one tick."""
+    """What passed between the rooms in one tick, and the fault that ends the run with it."""
 
     measurement: Measurement
     estimate: Estimate
@@ -57,6 +60,7 @@ class Tick:
     goal: Goal
     effort: Effort
     command: Command
+    over: Fault | None = None
 
 
 @dataclass(frozen=True)
@@ -94,7 +98,7 @@ class Loop:
             sensors=sensors,
             estimator=estimator,
             watch=self.watch.init(),
-            gait=self.blocks.gait.init(),
+            decider=self.blocks.decider.init(),
             controller=self.blocks.controller.init(estimate),
             adapter=self.blocks.adapter.init(estimate.q + estimate.offset),
             sent=STILL,
@@ -112,7 +116,7 @@ class Loop:
         estimator, estimate = blocks.estimator.update(state.estimator, known, state.sent, dt)
         if blocks.between is not None and joints is not None:
             estimate = blocks.between.refresh(joints, estimate, 0.0)
-        gait, goal = blocks.gait.update(state.gait, estimate, dt)
+        decider, goal = blocks.decider.update(state.decider, estimate, state.faults, dt)
         controller, effort = blocks.controller.update(state.controller, goal, estimate, beat)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, beat)
         under_way = self._write(state.under_way, plant, command, sensors)
@@ -120,9 +124,15 @@ class Loop:
         watch, faults = self.watch.update(state.watch, measurement, estimate, goal, dt, strain)
         sent = STILL if command.motion is None else command.motion
         following = LoopState(
-            sensors, estimator, watch, gait, controller, adapter, sent, joints, (estimate, goal), under_way
+            sensors, estimator, watch, decider, controller, adapter, sent, faults, joints, (estimate, goal), under_way
         )
-        return following, Tick(known, estimate, faults, goal, effort, command)
+        begun, over = state.watch.begun(faults), self._over(decider, faults)
+        return following, Tick(known, estimate, begun, goal, effort, command, over)
+
+    def _over(self, decider: DeciderState, faults: tuple[Fault, ...]) -> Fault | None:
+        """The fault that ends the run now, if one does: nothing can be done with an estimate that is no number."""
+        lost = next((fault for fault in faults if fault.kind is FaultKind.DIVERGED), None)
+        return lost or self.blocks.decider.over(decider)
 
     def beat(self, state: LoopState, plant: Cell) -> LoopState:
         """Control and actuation alone, on the tick's goal and what the encoders say since."""

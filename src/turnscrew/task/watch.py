@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
+from turnscrew.decide.gait import Phase
 from turnscrew.geometry.arrays import Flags
 from turnscrew.geometry.euler import tilt
 from turnscrew.robot.joints import DRIVEN, FINGERS
 from turnscrew.signals import GRIP, Effort, Estimate, Fault, FaultKind, Goal, Measurement, Vision
+
+FEELING = (Phase.ADD, Phase.RETURN, Phase.CATCH)
+"""Phases that last until fingers have found the handle."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +32,8 @@ class WatchState:
         unread: Time for which a reading has not been a number [s].
         eased: Time since a drive was at its limit [s].
         lasting: Trouble that the run lives with and that is not over: named when it began.
+        ending: Trouble with which the run cannot go on as it is, likewise.
+        recoveries: How often something had been done about trouble at the last tick.
     """
 
     phase: str = ""
@@ -39,6 +45,12 @@ class WatchState:
     unread: float = 0.0
     eased: float = 0.0
     lasting: frozenset[FaultKind] = frozenset()
+    ending: frozenset[FaultKind] = frozenset()
+    recoveries: int = 0
+
+    def begun(self, faults: Iterable[Fault]) -> tuple[Fault, ...]:
+        """Those of the next tick's faults that are new: trouble that the run lives with is named when it begins."""
+        return tuple(fault for fault in faults if fault.kind not in self.ending)
 
 
 class Strain(NamedTuple):
@@ -59,8 +71,9 @@ class Watch:
 
     Attributes:
         time_limit: Of the run [s].
-        longest_phase: A phase that lasts longer is stuck [s]: feeling for the handle takes .3 s, rolling 1 s at nominal
-            speed; this is several times the longest.
+        longest_phase: A phase that lasts longer is stuck [s]: rolling takes 1 s at nominal speed.
+        longest_feel: The same for phases in which fingers feel for the handle [s]: they come to it in .3 s and find it
+            in another .3 s.
         unheld: Longest time with fewer than two fingertips in contact [s]: a free tool tilts by 1 deg in .1 s.
         dropped: Tilt from which on the tool counts as lost [rad]: no grasp of the plan reaches there.
         off_centre: Distance of the tip from the drive that it cannot have inside the slot [m]: half the blade's width
@@ -68,7 +81,7 @@ class Watch:
         vain: Rounds in a row that may fail to turn the screw: a grip that has slid is taken again, firmer.
         unseen: Time without a camera pose after which the camera counts as lost [s]: 15 frames at 30 Hz, more than a
             finger takes to cross the view,
-        blind: after which the run cannot go on [s]: three rounds, of which rolling odometry loses about 1 deg of yaw
+        blind: after which it cannot go on turning [s]: three rounds, of which rolling odometry loses about 1 deg of yaw
             each, within the play of the blade in the slot,
         sightless: and the same before the first pose [s], when the robot has only been told where the tool is.
         refused: Camera frames refused in a row that make the pose suspect: one or two are outliers.
@@ -83,6 +96,7 @@ class Watch:
 
     time_limit: float
     longest_phase: float = 8.0
+    longest_feel: float = 2.5
     unheld: float = 0.25
     dropped: float = np.radians(15.0)
     off_centre: float = 0.004
@@ -117,7 +131,8 @@ class Watch:
         refused = estimate.frame == "refused" or (frame is not None and not got)
         following = WatchState(
             phase=goal.phase,
-            in_phase=state.in_phase + dt if goal.phase == state.phase else 0.0,
+            in_phase=state.in_phase + dt if goal.phase == state.phase and goal.recoveries == state.recoveries else 0.0,
+            recoveries=goal.recoveries,
             unheld=0.0 if held else state.unheld + dt,
             unseen=0.0 if got else state.unseen + dt,
             seen=state.seen or got,
@@ -140,7 +155,8 @@ class Watch:
             for kind, evidence in lasting.items()
             if kind not in state.lasting
         )
-        return replace(following, lasting=frozenset(lasting)), ending + begun
+        kinds = frozenset(fault.kind for fault in ending)
+        return replace(following, lasting=frozenset(lasting), ending=kinds), ending + begun
 
     def _ending(
         self, state: WatchState, measurement: Measurement, estimate: Estimate, goal: Goal
@@ -161,7 +177,7 @@ class Watch:
             yield FaultKind.CONTACT_LOST, f"fewer than two fingertips touch since {state.unheld:.2f} s"
         if goal.vain > self.vain:
             yield FaultKind.STALLED, f"{goal.vain} rounds in a row have not turned the screw"
-        if state.in_phase > self.longest_phase:
+        if state.in_phase > (self.longest_feel if goal.phase in FEELING else self.longest_phase):
             yield FaultKind.STALLED, f"phase {state.phase} lasts {state.in_phase:.1f} s"
         if state.unseen > (self.blind if state.seen else self.sightless):
             since = f"for {state.unseen:.1f} s" if state.seen else "since the start"

@@ -17,6 +17,7 @@ from turnscrew.control.servo import HybridServo, torque_servo
 from turnscrew.decide.gait import Gait
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plan import GaitPlan
+from turnscrew.decide.recovery import Decider
 from turnscrew.estimate.between_ticks import BetweenTicks
 from turnscrew.estimate.contacts import TouchDetector
 from turnscrew.estimate.estimator import Reference, ToolEstimator
@@ -78,7 +79,7 @@ class Blocks:
 
     sensors: Sensors
     estimator: ToolEstimator
-    gait: Gait
+    decider: Decider
     controller: Controller
     adapter: PositionAdapter | TorqueAdapter
     between: BetweenTicks | None = None
@@ -122,7 +123,7 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
     return Blocks(
         sensors=build_sensors(scenario, plan),
         estimator=build_estimator(scenario, plan, robot, inertia, believed_radius),
-        gait=gait.faster(scenario.speed.gait),
+        decider=Decider(gait.faster(scenario.speed.gait)),
         controller=build_controller(scenario, robot, inertia),
         adapter=TorqueAdapter(robot, scenario.control.palm_weight) if torque else PositionAdapter(robot),
         between=BetweenTicks(robot, scenario.screw.pitch) if torque else None,

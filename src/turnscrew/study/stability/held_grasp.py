@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from typing import cast
@@ -9,14 +10,14 @@ from typing import cast
 import numpy as np
 
 from turnscrew.control.controller import Controller, ControllerState
-from turnscrew.decide.gait import Gait, GaitState
+from turnscrew.decide.recovery import Decider, DeciderState
 from turnscrew.errors import ScenarioError
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.geometry.euler import tilt
 from turnscrew.plant.snapshot import Plant, Snapshot
 from turnscrew.robot.coupling import SELECTION
 from turnscrew.robot.joints import ARM
-from turnscrew.signals import GRIP, Estimate, Goal
+from turnscrew.signals import GRIP, Estimate, Fault, Goal
 from turnscrew.study.disturbances.disturbance import idle
 from turnscrew.study.stability.held_loop import TORQUE_ONLY, HeldLoop, HeldState
 from turnscrew.study.stability.tracking import Tracking
@@ -41,7 +42,13 @@ class Holding:
 
     goal: Goal
 
-    def update(self, state: GaitState, estimate: Estimate, dt: float) -> tuple[GaitState, Goal]:
+    def over(self, state: DeciderState) -> Fault | None:
+        """Nothing ends it."""
+        return None
+
+    def update(
+        self, state: DeciderState, estimate: Estimate, faults: Sequence[Fault], dt: float
+    ) -> tuple[DeciderState, Goal]:
         """The goal."""
         return state, self.goal
 
@@ -102,13 +109,13 @@ class HeldGrasp:
             if goal is not None and tick.goal.phase != phase:
                 break
             goal = tick.goal if tick.goal.phase == phase else goal
-            if phase == "roll" and goal is not None and run.state.gait.rolled >= angle:
+            if phase == "roll" and goal is not None and run.state.decider.gait.rolled >= angle:
                 break
             if any(fault.ends for fault in tick.faults):
                 raise ScenarioError(f"the run ended in {tick.faults[0].kind} before it came to hold in {phase}")
             run.advance(idle)
         goal = replace(goal, turn_rate=0.0, v_palm=np.zeros(3), approach=np.zeros((5, 3)))
-        run.loop = replace(run.loop, blocks=replace(run.loop.blocks, gait=cast(Gait, Holding(goal))))
+        run.loop = replace(run.loop, blocks=replace(run.loop.blocks, decider=cast(Decider, Holding(goal))))
         run.advance(idle)
         for _ in range(round(SETTLE / run.loop.dt)):
             tick, _ = run.tick()

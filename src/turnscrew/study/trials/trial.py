@@ -147,7 +147,8 @@ def _prepare(run: Run, mishap: str, notes: Notes) -> Hook:
 
 
 def _told(seed: int, outcome: str, notes: Notes, summary: Summary) -> Trial:
-    ending = [fault.evidence for fault in notes.faults if fault.ends]
+    # what ended the run was named last
+    ending = [fault.evidence for fault in notes.faults if fault.ends and str(fault.kind) == outcome]
     lived = Counter(str(fault.kind) for fault in notes.faults if not fault.ends)
     pose, rounds, time = summary.pose_error.refined, summary.rounds, summary.sim_time_s
     return Trial(
@@ -156,7 +157,7 @@ def _told(seed: int, outcome: str, notes: Notes, summary: Summary) -> Trial:
         outcome=outcome,
         phase=notes.phase,
         round=notes.round,
-        evidence=ending[0] if ending else "",
+        evidence=ending[-1] if ending else "",
         warnings=", ".join(f"{kind} {count}" for kind, count in sorted(lived.items())),
         rounds=rounds,
         turned_deg=summary.turned_deg,
@@ -171,6 +172,7 @@ def _told(seed: int, outcome: str, notes: Notes, summary: Summary) -> Trial:
         tilt_error_deg=_rms(pose.tilt_deg.rms),
         yaw_error_deg=_rms(pose.yaw_deg.rms),
         support_fraction=summary.support_fraction,
+        recoveries=", ".join(f"{entry.action} ({entry.fault})" for entry in summary.recoveries),
     )
 
 

@@ -1,0 +1,166 @@
+"""What is done about trouble: a table of fault and phase, and the gait with it in force.
+
+The watch names what keeps a run from going on as it is; this block decides whether there is a way on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from types import MappingProxyType
+
+import numpy as np
+
+from turnscrew.decide.gait import Gait, GaitState, Phase
+from turnscrew.signals import Estimate, Fault, FaultKind, Goal
+
+
+class Action(StrEnum):
+    """What can be done, and what it means."""
+
+    WAIT = "wait"
+    """Turn no further until the trouble is over; a hand-over under way is finished."""
+    CATCH = "catch"
+    """Thumb and middle finger feel for the handle that one of them has lost, and hand it over to the others."""
+    AIM = "aim again"
+    """Fingers that do not come to touch go back a little, and aim anew at where the handle is believed to be now."""
+    STOP = "stop"
+    """Hold the tool still as it is held, and end the run."""
+
+
+ROLLING_PAIR = (Phase.SETTLE, Phase.ROLL, Phase.ADD)
+
+POLICY: Mapping[FaultKind, Mapping[Phase, Action]] = MappingProxyType(
+    {
+        FaultKind.VISION_LOST: dict.fromkeys(Phase, Action.WAIT),
+        FaultKind.CONTACT_LOST: dict.fromkeys(ROLLING_PAIR, Action.CATCH),
+        FaultKind.STALLED: dict.fromkeys((Phase.ADD, Phase.RETURN), Action.AIM),
+    }
+)
+"""What is done about a fault that would end the run, by the phase in which it is named; all else is `STOP`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recovery:
+    """Something that was done.
+
+    Attributes:
+        time: When it began [s].
+        kind: Of the fault.
+        phase: Of the gait.
+        cycle: Rounds until then, those that did not count included.
+        action: What was done.
+    """
+
+    time: float
+    kind: FaultKind
+    phase: Phase
+    cycle: int
+    action: Action
+
+
+@dataclass(frozen=True, slots=True)
+class DeciderState:
+    """Where gait and recovery are.
+
+    Attributes:
+        gait: Of the gait.
+        goal: The last one, which a stop holds to.
+        action: What is being done; None while the gait goes on by itself.
+        clock: Since that began [s].
+        made: All that was done, in its order.
+        fault: What the run is being stopped for.
+    """
+
+    gait: GaitState
+    goal: Goal | None = None
+    action: Action | None = None
+    clock: float = 0.0
+    made: tuple[Recovery, ...] = ()
+    fault: Fault | None = None
+
+
+@dataclass(frozen=True)
+class Decider:
+    """The gait, and what is done when it cannot go on.
+
+    Attributes:
+        gait: The gait.
+        tries: How often the same trouble is answered between two rounds: a third time it would hardly go otherwise.
+        patience: Longest time that is waited [s].
+        stop: Time for which a run that ends holds the tool still [s]: a hand comes to rest in a fifth of it.
+        policy: What is done about what.
+    """
+
+    gait: Gait
+    tries: int = 2
+    patience: float = 30.0
+    stop: float = 0.5
+    policy: Mapping[FaultKind, Mapping[Phase, Action]] = field(default_factory=lambda: POLICY)
+
+    def init(self) -> DeciderState:
+        """The gait's start."""
+        return DeciderState(self.gait.init())
+
+    def over(self, state: DeciderState) -> Fault | None:
+        """The fault that ends the run, once the tool has been held still."""
+        return state.fault if state.action is Action.STOP and state.clock >= self.stop else None
+
+    def update(
+        self, state: DeciderState, estimate: Estimate, faults: Sequence[Fault], dt: float
+    ) -> tuple[DeciderState, Goal]:
+        """One tick.
+
+        Args:
+            state: Of the last tick.
+            estimate: What is believed.
+            faults: Named at the last tick.
+            dt: Time since then [s].
+        """
+        fault = next((fault for fault in faults if fault.ends), None)
+        state = replace(state, clock=state.clock + dt)
+        if fault is not None:
+            state = self._answer(state, fault, estimate)
+        elif state.action is Action.WAIT:
+            state = replace(state, action=None)
+        if state.action is Action.STOP and state.goal is not None:
+            return state, state.goal
+        gait, goal = self.gait.update(state.gait, estimate, dt, still=state.action is Action.WAIT)
+        if state.action in (Action.CATCH, Action.AIM) and gait.phase is not state.gait.phase:
+            state = replace(state, action=None)
+        goal = replace(goal, action="" if state.action is None else str(state.action), recoveries=len(state.made))
+        return replace(state, gait=gait, goal=goal), goal
+
+    def _answer(self, state: DeciderState, fault: Fault, estimate: Estimate) -> DeciderState:
+        """Begins what is to be done about a fault, unless that is being done."""
+        phase, action = state.gait.phase, self.policy.get(fault.kind, {}).get(state.gait.phase, Action.STOP)
+        if state.action is Action.STOP or (action is state.action is Action.WAIT and state.clock < self.patience):
+            return state
+        if action is not Action.WAIT and self._tried(state, fault.kind) >= self.tries:
+            action = Action.STOP
+        elif action is state.action:
+            # what was begun has not helped
+            action = Action.STOP
+        if action is Action.STOP:
+            return replace(state, action=action, clock=0.0, fault=fault, goal=stilled(state.goal))
+        gait = {
+            Action.WAIT: lambda: state.gait,
+            Action.CATCH: lambda: self.gait.catching(state.gait, estimate),
+            Action.AIM: lambda: self.gait.aiming(state.gait, estimate),
+        }[action]()
+        made = (*state.made, Recovery(fault.time, fault.kind, phase, state.gait.cycle, action))
+        return replace(state, gait=gait, action=action, clock=0.0, made=made)
+
+    def _tried(self, state: DeciderState, kind: FaultKind) -> int:
+        """How often this trouble has been answered since the last round ended."""
+        return sum(done.kind is kind and done.cycle == state.gait.cycle for done in state.made)
+
+
+def stilled(goal: Goal | None) -> Goal | None:
+    """The same grasp, with nothing moving any more."""
+    if goal is None:
+        return None
+    return replace(
+        goal, turn_rate=0.0, approach=np.zeros_like(goal.approach), v_palm=np.zeros(3), action=str(Action.STOP)
+    )

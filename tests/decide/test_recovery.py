@@ -1,0 +1,143 @@
+"""What is done about trouble: by the table, not for ever, and never but for trouble."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rigs.messages import estimate_of
+
+from turnscrew.decide.gait import FF_RF, TH_MF, Gait, Phase
+from turnscrew.decide.placing import Placing
+from turnscrew.decide.plans import plan_for
+from turnscrew.decide.recovery import POLICY, Action, Decider, DeciderState
+from turnscrew.robot.joints import FINGERS
+from turnscrew.robot.model import RobotModel
+from turnscrew.signals import FREE, GRIP, REACH, Estimate, Fault, FaultKind, Goal
+
+PLAN = plan_for(0.018)
+DECIDER = Decider(Gait(PLAN, Placing(RobotModel(), PLAN), speed=1.0))
+DT = 0.01
+NOBODY = np.zeros(5, dtype=bool)
+TH, FF, MF, RF, LF = range(len(FINGERS))
+
+
+def standing(touching: np.ndarray = TH_MF) -> Estimate:
+    return estimate_of(
+        q=PLAN.rolling(0.0), p_WT=PLAN.p_WS, p_WS=PLAN.p_WS, radius=PLAN.radius, touching=touching, theta=1.0
+    )
+
+
+def into(phase: Phase, clock: float = 0.5, touching: np.ndarray = TH_MF) -> DeciderState:
+    """The state at some time in a phase."""
+    start = DECIDER.init()
+    others = phase in (Phase.RELOCATE, Phase.RETURN)
+    gait = replace(start.gait, phase=phase, clock=clock, gripping=FF_RF.copy() if others else TH_MF.copy())
+    state, _ = DECIDER.update(replace(start, gait=gait), standing(touching), (), DT)
+    return state
+
+
+def trouble(kind: FaultKind, ends: bool = True) -> tuple[Fault, ...]:
+    return (Fault(kind, 1.0, "", ends),)
+
+
+def for_a_while(
+    state: DeciderState, seconds: float, faults: tuple[Fault, ...] = (), touching: np.ndarray = TH_MF
+) -> tuple[DeciderState, list[Goal]]:
+    goals = []
+    for _ in range(round(seconds / DT)):
+        state, goal = DECIDER.update(state, standing(touching), faults, DT)
+        goals.append(goal)
+    return state, goals
+
+
+@pytest.mark.parametrize("phase", list(Phase))
+@pytest.mark.parametrize("kind", list(FaultKind))
+def test_every_fault_in_every_phase_is_answered_by_the_table(kind: FaultKind, phase: Phase) -> None:
+    # early enough for no phase to be over
+    state, goal = DECIDER.update(into(phase, 0.01, NOBODY), standing(NOBODY), trouble(kind), DT)
+    action = POLICY.get(kind, {}).get(phase, Action.STOP)
+    assert state.action is action
+    assert goal.action == action
+    assert [done.action for done in state.made] == ([] if action is Action.STOP else [action])
+
+
+@pytest.mark.parametrize("kind", list(FaultKind))
+def test_trouble_that_a_run_lives_with_changes_nothing(kind: FaultKind) -> None:
+    state, goal = DECIDER.update(into(Phase.ROLL), standing(), trouble(kind, ends=False), DT)
+    assert (state.action, goal.action, goal.turn_rate) == (None, "", -1.0)
+
+
+def test_nothing_turns_in_the_dark_and_the_roll_goes_on_after_it() -> None:
+    state = into(Phase.ROLL)
+    rolled = state.gait.rolled
+    state, goals = for_a_while(state, 3.0, trouble(FaultKind.VISION_LOST))
+    assert {goal.turn_rate for goal in goals} == {0.0}
+    assert state.gait.rolled == rolled
+    assert len(state.made) == 1
+    state, goals = for_a_while(state, 0.1)
+    assert {(goal.action, goal.turn_rate) for goal in goals} == {("", -1.0)}
+
+
+def test_waiting_has_an_end() -> None:
+    state, _ = for_a_while(into(Phase.ROLL), DECIDER.patience + DECIDER.stop + 0.1, trouble(FaultKind.VISION_LOST))
+    over = DECIDER.over(state)
+    assert over is not None
+    assert over.kind is FaultKind.VISION_LOST
+
+
+def test_lost_finger_feels_for_the_handle_and_the_others_take_over() -> None:
+    only_thumb = TH_MF & (np.arange(5) == TH)
+    state, goals = for_a_while(into(Phase.ROLL), DT, trouble(FaultKind.CONTACT_LOST), only_thumb)
+    assert goals[0].roles.tolist() == [GRIP, FREE, REACH, FREE, FREE]
+    # one finger alone may hardly press
+    assert goals[0].squeeze[TH] < 1.0
+    state, goals = for_a_while(state, 0.3, (), only_thumb)
+    assert all(goal.phase == Phase.CATCH for goal in goals)
+    assert {goal.turn_rate for goal in goals} == {0.0}
+    state, goals = for_a_while(state, 0.3)
+    assert [*dict.fromkeys(goal.phase for goal in goals)] == [Phase.CATCH, Phase.GRASP, Phase.ADD]
+    grasp = [goal.squeeze[MF] for goal in goals if goal.phase == Phase.GRASP]
+    assert grasp[0] < 1.0
+    # in .2 s from a tenth to all of it, in steps of a twentieth
+    assert max(np.diff(grasp)) < 0.06 * DECIDER.gait.squeeze
+    assert state.action is None
+
+
+def test_fingers_that_find_nothing_go_back_before_they_feel_again() -> None:
+    supports = ~TH_MF
+    state, goals = for_a_while(into(Phase.RETURN, touching=supports), 1.0, (), supports)
+    assert goals[-1].roles[TH] == REACH
+    state, goals = for_a_while(state, DT, trouble(FaultKind.STALLED), supports)
+    state, more = for_a_while(state, 0.5, (), supports)
+    roles = [goal.roles[TH] for goal in (*goals, *more)]
+    away = roles.count(FREE)
+    # to a tick
+    assert away * DT == pytest.approx(DECIDER.gait.add, abs=1.5 * DT)
+    assert roles == [FREE] * away + [REACH] * (len(roles) - away)
+
+
+def test_the_same_trouble_is_not_answered_for_ever() -> None:
+    state = into(Phase.RETURN, touching=~TH_MF)
+    for answered in range(1, DECIDER.tries + 1):
+        state, _ = for_a_while(state, DT, trouble(FaultKind.STALLED), ~TH_MF)
+        assert len(state.made) == answered
+        assert state.action is Action.AIM
+        state, _ = for_a_while(replace(state, action=None), 1.0, (), ~TH_MF)
+    state, _ = for_a_while(state, DT, trouble(FaultKind.STALLED), ~TH_MF)
+    assert state.action is Action.STOP
+
+
+def test_a_run_that_ends_holds_the_tool_still_first() -> None:
+    state, before = for_a_while(into(Phase.ROLL), 0.1)
+    state, goals = for_a_while(state, DECIDER.stop - DT, trouble(FaultKind.TOOL_DROPPED))
+    assert DECIDER.over(state) is None
+    for goal in goals:
+        assert goal.turn_rate == 0.0
+        assert np.array_equal(goal.roles, before[-1].roles)
+        assert np.array_equal(goal.squeeze, before[-1].squeeze)
+    state, _ = for_a_while(state, 3 * DT, trouble(FaultKind.TOOL_DROPPED))
+    over = DECIDER.over(state)
+    assert over is not None
+    assert over.kind is FaultKind.TOOL_DROPPED
