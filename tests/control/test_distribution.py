@@ -142,3 +142,19 @@ def test_fingers_that_are_not_opposed_press_until_they_are_in_their_cones(thrust
     f_W = run(gripping(TH_MF), np.array([0, 0, thrust, 0, 0, -0.04]), bent)
     # one step of a nearly linear rule: a twentieth of a newton remains
     assert (cone_margin(f_W, n_W, Distribution().friction)[TH_MF] > -0.05).all()
+
+
+def test_squeeze_rises_with_the_load_at_once_and_falls_slowly():
+    block, goal, estimate = Distribution(rate=0.0), gripping(TH_MF), estimate_of()
+    light, heavy = (np.array([0, 0, -4.0, 0, 0, torque]) for torque in (0.0, -0.06))
+    state, pressing, factors = block.init(), [], []
+    for F_hd in [light, heavy, *[light] * round(block.ease / DT)]:
+        state, wanted = block.update(state, goal, estimate, F_hd, DT)
+        pressing.append(-float(wanted.f_W[0] @ estimate.n_W[0]))
+        factors.append(state.factor)
+    assert factors[0] == 1.0
+    assert pressing[1] > 1.2 * pressing[0]
+    # what was added is 1/e of itself after the time constant
+    assert factors[-1] - 1.0 == pytest.approx((factors[1] - 1.0) * np.exp(-1.0), rel=1e-9)
+    assert (np.diff(pressing[2:]) < 0.0).all()
+    assert pressing[-1] > pressing[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import exp
 
 import numpy as np
 
@@ -17,6 +18,19 @@ PAIRS = ((FINGERS.index("TH"), FINGERS.index("MF")), (FINGERS.index("FF"), FINGE
 """Fingers that press against each other."""
 
 
+@dataclass(frozen=True, slots=True)
+class Squeezing:
+    """What is remembered of the last tick.
+
+    Attributes:
+        missing: (2,) integral of each pair's missing squeeze [N], one for each of `PAIRS`.
+        factor: Squeeze over the one without load.
+    """
+
+    missing: Array
+    factor: float = 1.0
+
+
 @dataclass(frozen=True)
 class Distribution:
     """Contact forces that give the tool its wrench and keep every contact inside its friction cone.
@@ -29,6 +43,9 @@ class Distribution:
             build up, and stays well below the finger servos' 90 rad/s.
         reach: Largest correction by the integral [N].
         fixed: Squeeze that is asked for at all times [N]; None lets it grow with the load.
+        ease: Time in which a squeeze that is no longer asked for fades [s], two strokes: the load of a screw does not
+            fall while it is driven in, but readings that err by a half say so, and one squeeze too small costs more
+            than many too large.
     """
 
     friction: float = 0.6
@@ -36,21 +53,22 @@ class Distribution:
     rate: float = 8.0
     reach: float = 6.0
     fixed: float | None = None
+    ease: float = 2.0
 
-    def init(self) -> Array:
-        """No correction: (2,) one for each of `PAIRS` [N]."""
-        return np.zeros(len(PAIRS))
+    def init(self) -> Squeezing:
+        """No correction, no load."""
+        return Squeezing(np.zeros(len(PAIRS)))
 
     def update(
-        self, state: Array, goal: Goal, estimate: Estimate, F_hd: Array, dt: float
-    ) -> tuple[Array, WantedForces]:
+        self, state: Squeezing, goal: Goal, estimate: Estimate, F_hd: Array, dt: float
+    ) -> tuple[Squeezing, WantedForces]:
         """One tick.
 
         A pair's readings are averaged before they are integrated: integrals of single biased readings would push the
         tool to one side without end.  A finger that has touched before its partner is held to its own.
 
         Args:
-            state: (2,) integral of each pair's missing squeeze [N].
+            state: Of the last tick.
             goal: Shares and squeezes.
             estimate: Contacts and forces.
             F_hd: (6,) wanted wrench of the hand in T, force first [N, N.m].
@@ -65,25 +83,30 @@ class Distribution:
         held = np.flatnonzero((goal.roles == GRIP) & (goal.share > 0))
         none = WantedForces.none(F_hd)
         if len(held) == 0:
-            return np.zeros(len(PAIRS)), none
+            return self.init(), none
         R = estimate.R_WT
         grip = grasp(estimate.c_W[held], estimate.p_WT, share=goal.share[held])
         shared = grip.distribute(np.concatenate([R @ F_hd[:3], R @ F_hd[3:]]))
         normals = estimate.n_W[held]
         # all press as the least trusted finger needs
         trusted = float(estimate.grip[held].min())
-        squeeze = self._squeeze(goal, grip, shared.f_W, normals, held, trusted)
+        lasting = 1.0 + exp(-dt / self.ease) * (state.factor - 1.0)
+        squeeze, factor = self._squeeze(goal, grip, shared.f_W, normals, held, trusted, lasting)
         asked = shared.f_W + grip.internal(-squeeze[:, None] * normals)
         wanted = np.zeros(len(FINGERS))
         wanted[held] = split(asked, normals)[0]
-        state = self._integrate(state, goal, estimate, wanted, dt)
+        missing = self._integrate(state.missing, goal, estimate, wanted, dt)
         f_W = none.f_W
-        f_W[held] = asked + grip.internal(-self._correction(state, goal)[held][:, None] * normals)
+        f_W[held] = asked + grip.internal(-self._correction(missing, goal)[held][:, None] * normals)
         lost = np.concatenate([R.T @ shared.lost[:3], R.T @ shared.lost[3:]])
-        return state, WantedForces(f_W, lost, none.margin, none.limited)
+        return Squeezing(missing, factor), WantedForces(f_W, lost, none.margin, none.limited)
 
-    def _squeeze(self, goal: Goal, grip: Grasp, carried: Array, n_W: Array, held: Rows, trusted: float) -> Array:
-        """Squeeze of each finger that holds (k,) [N]: the fixed one, or the least that brings all into their cones.
+    def _squeeze(
+        self, goal: Goal, grip: Grasp, carried: Array, n_W: Array, held: Rows, trusted: float, lasting: float
+    ) -> tuple[Array, float]:
+        """Squeeze of each finger that holds (k,) [N], and what it is over the one without load.
+
+        It is the fixed one, or the least that brings all into their cones, and no less than `lasting` says.
 
         The cones are those of the share of friction that is trusted, and more is squeezed from the outset.
 
@@ -92,7 +115,7 @@ class Distribution:
         """
         share = goal.share[held]
         if self.fixed is not None:
-            return np.asarray(self.fixed * share)
+            return np.asarray(self.fixed * share), 1.0
         squeeze = np.minimum(goal.squeeze[held] / trusted, self.most * share)
         internal = grip.internal(-squeeze[:, None] * n_W)
         most = max(self.most / float((squeeze / share).max()), 1.0)
@@ -107,7 +130,8 @@ class Distribution:
             # one that has just touched, without its partner, no squeeze brings into its cone: counted like the others
             # it would make them let go, and counted from some share on it would make their force jump
             scale += float(share.min() / share.max()) * (factor(share > 0.0) - scale)
-        return np.asarray(scale * squeeze)
+        scale = max(scale, min(lasting, most))
+        return np.asarray(scale * squeeze), scale
 
     def _integrate(self, state: Array, goal: Goal, estimate: Estimate, wanted: Array, dt: float) -> Array:
         pressing = -(estimate.f_W * estimate.n_W).sum(axis=1)
