@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +23,9 @@ DECIDER = Decider(Gait(PLAN, Placing(RobotModel(), PLAN), speed=1.0))
 DT = 0.01
 NOBODY = np.zeros(5, dtype=bool)
 TH, FF, MF, RF, LF = range(len(FINGERS))
+
+
+PAGE = Path(__file__).parents[2] / "docs" / "loop.md"
 
 
 def standing(touching: np.ndarray = TH_MF) -> Estimate:
@@ -141,3 +146,12 @@ def test_a_run_that_ends_holds_the_tool_still_first() -> None:
     over = DECIDER.over(state)
     assert over is not None
     assert over.kind is FaultKind.TOOL_DROPPED
+
+
+def test_the_documentation_prints_the_table() -> None:
+    rows = re.findall(r"^\| `([A-Z_]+)`[^|]*\| ([^|]+) \| ([a-z ]+):", PAGE.read_text(), flags=re.MULTILINE)
+    printed = {
+        FaultKind(kind): dict.fromkeys(Phase if phases == "any" else map(Phase, phases.split(", ")), Action(action))
+        for kind, phases, action in rows
+    }
+    assert printed == {kind: dict(answers) for kind, answers in POLICY.items()}
