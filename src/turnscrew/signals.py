@@ -152,7 +152,7 @@ class Goal:
         q_guide: (28,) postures that a gripping finger with joints to spare keeps near [rad].
         turn_rate: Wanted yaw rate of the tool [rad/s], negative when fastening.
         tip_force: Wanted force of the screw on the tip along z of T [N].
-        v_palm: (3,) velocity in W at which the arm moves the palm [m/s].
+        V_palm: (6,) twist in W, linear first, at which the arm moves the palm [m/s, rad/s].
         action: What is being done about trouble, in a word; empty while the gait goes on by itself.
         recoveries: How often something has been done about trouble until now.
     """
@@ -168,7 +168,7 @@ class Goal:
     q_guide: Array
     turn_rate: float
     tip_force: float
-    v_palm: Array
+    V_palm: Array
     action: str = ""
     recoveries: int = 0
 

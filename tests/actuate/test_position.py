@@ -12,6 +12,7 @@ from turnscrew.actuate.position import DRIVEN_INDEX, PositionAdapter
 from turnscrew.decide.plans import plan_for
 from turnscrew.geometry.closest import closest_points
 from turnscrew.geometry.profiles import Capsule, Cylinder
+from turnscrew.geometry.rotations import log_so3
 from turnscrew.robot.joints import DRIVEN, FINGERS
 from turnscrew.robot.model import RobotModel, driven_jacobian
 from turnscrew.robot.servos import STIFFNESSES
@@ -81,16 +82,18 @@ def test_the_contacts_move_with_the_reference():
 
 
 def test_moving_the_palm_leaves_gripping_fingertips_where_they_are():
-    v = np.array([0.003, -0.004, 0.002])
-    state, _ = update(grip(v_palm=v), NO_EFFORT)
+    V = np.array([0.003, -0.004, 0.002, 0.01, -0.02, 0.03])
+    state, _ = update(grip(V_palm=V), NO_EFFORT)
     before, after = ROBOT.fingertips(Q), ROBOT.fingertips(state)
-    palm = (ROBOT.palm(state)[0] - ROBOT.palm(Q)[0]) / DT
-    np.testing.assert_allclose(palm, v, atol=5e-5)
+    (p, R), (p_before, R_before) = ROBOT.palm(state), ROBOT.palm(Q)
+    # 1e-6 of damping beside the least of J^T J's values, .05^2 m2
+    np.testing.assert_allclose((p - p_before) / DT, V[:3], atol=5e-5)
+    np.testing.assert_allclose(log_so3(R @ R_before.T) / DT, V[3:], atol=5e-5)
     for row in np.flatnonzero(TH_MF):
         in_tip = before.R_WF[row].T @ (held().c_W[row] - before.p_WF[row])
         moved = (after.p_WF[row] + after.R_WF[row] @ in_tip - held().c_W[row]) / DT
         # the damping costs (2/20)^2 of the motion at the thumb's least lever of 20 mm
-        assert np.linalg.norm(moved) < 0.02 * np.linalg.norm(v)
+        assert np.linalg.norm(moved) < 0.02 * np.linalg.norm(V[:3])
 
 
 def test_a_finger_that_feels_for_the_handle_moves_at_its_speed():

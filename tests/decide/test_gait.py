@@ -10,9 +10,10 @@ import pytest
 from rigs.messages import estimate_of
 
 from turnscrew.decide.gait import FF_RF, ORDER, TH_MF, Gait, Phase, smooth
-from turnscrew.decide.placing import Placing
+from turnscrew.decide.placing import Placing, carried_palm, knuckle_way
 from turnscrew.decide.plans import plan_for
-from turnscrew.geometry.rotations import exp_so3
+from turnscrew.geometry.rotations import exp_so3, log_so3
+from turnscrew.robot.inverse_kinematics import place_palm
 from turnscrew.robot.joints import FINGERS, finger_joints
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import Role
@@ -112,7 +113,7 @@ def test_only_the_roll_turns_and_moves_the_palm():
     for goal in play(1):
         if goal.phase not in (Phase.ROLL, Phase.SETTLE):
             assert goal.turn_rate == 0.0
-            assert not goal.v_palm.any()
+            assert not goal.V_palm.any()
 
 
 def test_nobody_lets_go_before_the_others_have_touched():
@@ -147,10 +148,45 @@ def test_postures_are_carried_to_where_the_tool_is(standoff):
 
 def test_the_palm_is_moved_over_the_tool_no_faster_than_allowed():
     shift = np.array([0.004, -0.002, 0.001])
-    v = PLACING.palm_velocity(standing(p_WS=PLAN.p_WS + shift))
-    np.testing.assert_allclose(v / np.linalg.norm(v), shift / np.linalg.norm(shift), atol=1e-9)
-    assert np.linalg.norm(v) == pytest.approx(PLACING.arm_speed)
-    assert not PLACING.palm_velocity(standing()).round(12).any()
+    V = PLACING.palm_twist(standing(p_WS=PLAN.p_WS + shift))
+    np.testing.assert_allclose(V[:3] / np.linalg.norm(V[:3]), shift / np.linalg.norm(shift), atol=1e-9)
+    assert np.linalg.norm(V[:3]) == pytest.approx(PLACING.arm_speed)
+    assert not V[3:].round(12).any()
+    assert not PLACING.palm_twist(standing()).round(12).any()
+
+
+def test_a_palm_that_was_carried_along_with_a_leaning_tool_is_brought_back_upright():
+    tilt, shift = exp_so3(np.array([0.03, -0.04, 0.0])), np.array([0.002, -0.003, 0.001])
+    p_WH, R_WH = carried_palm(ROBOT, PLAN, PLAN.p_WS + shift, tilt[:, 2])
+    q = place_palm(ROBOT, p_WH, R_WH, PLAN.rolling(0.0), np.random.default_rng(0), starts=1).q
+    # believed to lean or not, the tool is to stand upright over the screw
+    estimate = standing(q=q, R_WT=tilt, p_WT=PLAN.p_WS + shift, p_WS=PLAN.p_WS + shift)
+    error, V = PLACING.palm_error(estimate), PLACING.palm_twist(estimate)
+    # a micron and what it counts as a turn is the inverse kinematics' tolerance
+    np.testing.assert_allclose(error[3:], -log_so3(tilt), atol=1e-5)
+    upright = ROBOT.palm(PLAN.rolling(0.0))[0] - PLAN.p_WS
+    np.testing.assert_allclose(error[:3], upright - tilt @ upright, atol=2e-6)
+    assert knuckle_way(V) == pytest.approx(PLACING.arm_speed)
+    np.testing.assert_allclose(V / np.linalg.norm(V), error / np.linalg.norm(error), atol=1e-9)
+
+
+def settled(off, recentre=True):
+    """Time of the first grip with a palm that never comes nearer than `off` [m]."""
+    gait, ticks, away = replace(GAIT, recentre=recentre), 0, np.array([off, 0.0, 0.0])
+    state = gait.init()
+    while state.phase is Phase.SETTLE:
+        estimate = standing(p_WS=PLAN.p_WS + away, touching=TH_MF)
+        state, goal = gait.update(state, estimate, DT)
+        assert goal.V_palm.any() == (recentre and off > 0.0)
+        ticks += 1
+    return ticks * DT
+
+
+def test_the_first_roll_waits_for_the_palm_but_not_for_ever():
+    # a tick more or less is rounding of the clock
+    assert settled(0.9 * GAIT.centred) == pytest.approx(GAIT.settle, abs=1.5 * DT)
+    assert settled(1.1 * GAIT.centred) == pytest.approx(GAIT.settle_most, abs=1.5 * DT)
+    assert settled(1.1 * GAIT.centred, recentre=False) == pytest.approx(GAIT.settle, abs=1.5 * DT)
 
 
 def test_the_blend_is_flat_at_both_ends():

@@ -40,8 +40,8 @@ def test_a_slip_is_seen_within_a_tenth_of_a_second(kind: Kind) -> None:
     run = Run.begin(load(None, [*OPEN_SLOT, *FINE], 777003))
     slips = Slips(run.cell, np.random.default_rng(8), kind, first=1.0, pause=0.5, length=(0.04, 0.05))
     seen = signals(run, 2.4, slips)
-    slip = slips.made[0]
-    assert slip.reached is not None
+    # a disturbance of drawn strength need not move the tip by REACH
+    slip = next(slip for slip in slips.made if slip.reached is not None)
     before = seen[seen[:, 0] < slip.start]
     assert before[:, 1].max() < 1.0
     after = seen[(seen[:, 0] > slip.start) & (seen[:, 0] <= slip.reached + 0.1)]

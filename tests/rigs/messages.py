@@ -31,6 +31,6 @@ def goal_of(**changes: object) -> Goal:
     rest: dict[str, object] = {
         "phase": "roll", "round": 0, "vain": 0, "roles": np.full(5, Role.FREE), "share": np.zeros(5),
         "squeeze": np.zeros(5), "approach": np.zeros((5, 3)), "q_free": np.zeros(28), "q_guide": np.zeros(28),
-        "turn_rate": 0.0, "tip_force": 0.0, "v_palm": np.zeros(3),
+        "turn_rate": 0.0, "tip_force": 0.0, "V_palm": np.zeros(6),
     }  # fmt: skip
     return Goal(**{**rest, **changes})

@@ -26,6 +26,8 @@ def test_positions_are_the_default():
     assert built.between is None
     assert not built.controller.servo.measured
     assert built.decider.gait.support_speed == 0.0
+    assert built.decider.gait.recentre
+    assert not blocks("control.recentre=false").decider.gait.recentre
 
 
 def test_torques_come_with_their_servo_and_optimal_forces():

@@ -106,9 +106,9 @@ class PositionAdapter:
         return J_c, v + spin
 
     def _move_palm(self, q: Array, goal: Goal, estimate: Estimate, dt: float) -> Array:
-        """Moves arm and wrist so that the palm shifts without turning; returns their rates (6,) [rad/s]."""
+        """Moves arm and wrist so that the palm has its twist; returns their rates (6,) [rad/s]."""
         J = self.robot.palm_jacobian(estimate.q)[:, PALM_JOINTS]
-        rate = np.linalg.solve(J.T @ J + 1e-6 * np.eye(6), J[:3].T @ goal.v_palm)
+        rate = np.linalg.solve(J.T @ J + 1e-6 * np.eye(6), J.T @ goal.V_palm)
         q[PALM_JOINTS] += rate * dt
         return np.asarray(rate)
 

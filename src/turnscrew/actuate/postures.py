@@ -121,7 +121,7 @@ class Postures:
 
         Args:
             state: Of the last beat.
-            goal: Roles, free postures, approach and the palm's velocity.
+            goal: Roles, free postures, approach and the palm's twist.
             dynamics: Jacobians.
             q: (24,) joint angles [rad].
             dt: Time since the last beat [s].
@@ -134,8 +134,8 @@ class Postures:
         rate = _follow(
             goal.q_free[DRIVEN_INDEX] - state.q, state.rate, roles, self.follow, self.speed, self.acceleration, dt
         )
-        if goal.v_palm.any():
-            rate[PALM] = _shift(dynamics.J_palm, goal.v_palm)
+        if goal.V_palm.any():
+            rate[PALM] = _shift(dynamics.J_palm, goal.V_palm)
         for row in (goal.roles == REACH).nonzero()[0].tolist():
             drives = FINGER_DRIVES[row]
             ahead = (state.q - q)[drives]
@@ -156,12 +156,11 @@ def _two(gains: Gains) -> tuple[float, float]:
 
 
 @compiled
-def _shift(J: Array, v: Array) -> Array:
-    """Rates (6,) of arm and wrist that move the palm, its Jacobian J (6, 28), at v (3,) and do not turn it [rad/s]."""
+def _shift(J: Array, V: Array) -> Array:
+    """Rates (6,) of arm and wrist that move the palm, its Jacobian J (6, 28), at the twist V (6,) [rad/s]."""
     J = np.ascontiguousarray(J[:, :CARRIERS])
-    wanted = np.zeros((6, 1))
-    wanted[:3, 0] = v
-    return solve_positive(np.dot(J.T, J) + PALM_DAMPING * np.eye(CARRIERS), np.dot(J.T, wanted)).ravel()
+    wanted = np.dot(J.T, V.copy().reshape(6, 1))
+    return solve_positive(np.dot(J.T, J) + PALM_DAMPING * np.eye(CARRIERS), wanted).ravel()
 
 
 @compiled

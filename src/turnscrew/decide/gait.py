@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from turnscrew.decide.placing import Placing
+from turnscrew.decide.placing import Placing, knuckle_way
 from turnscrew.decide.plan import ROLLING, SUPPORTING, Course, GaitPlan
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.robot.joints import FINGERS
@@ -95,7 +95,10 @@ class Gait:
         support_squeeze: The same for the supporting pair, which carries no torque [N].
         tip_force: Wanted force on the tip [N], found by trial: less lets the blade ride up, more costs friction.
         ramp: Time of the turning speed's rise and fall [s]: a tenth of a stroke.
-        settle: Time for the first grip to build up [s].
+        settle: Time for the first grip to build up [s]; it lasts longer while the hand is not yet over the screw,
+        settle_most: but not for ever [s]: in 3 s the palm comes 18 mm, six times the calibration's usual error.
+        centred: How far from there the palm may be when the first roll begins [m]: what a plan's joint margins leave
+            for a handle that stands elsewhere, besides pressing (`Requirements.joint_margin`).
         held: Time for which the end of a long stroke is held before it counts [s].
         add: Time in which FF and RF come before the handle [s].
         take: Time in which a touching pair takes its share of the load, or gives it up [s].
@@ -110,6 +113,7 @@ class Gait:
             estimate may err by.
         firmer: By how much of itself the squeeze grows after each round that has not turned the screw, and the turning
             slows down: the handle has slid in the fingers, or the blade has left its slot.
+        recentre: Whether the arm keeps the hand over the screw, during the first grip and the rolls.
     """
 
     plan: GaitPlan
@@ -120,6 +124,8 @@ class Gait:
     tip_force: float = 5.0
     ramp: float = 0.1
     settle: float = 0.6
+    settle_most: float = 3.0
+    centred: float = 0.002
     held: float = 0.5
     add: float = 0.3
     take: float = 0.2
@@ -131,6 +137,7 @@ class Gait:
     support_speed: float = 0.0
     least_turn: float = np.radians(22.0)
     firmer: float = 0.5
+    recentre: bool = True
 
     def faster(self, factor: float) -> Gait:
         """The same gait with its times divided by a factor, but for what touches: feeling gains 1.7 times at most.
@@ -279,7 +286,7 @@ class Gait:
         reaching = self._reaching(state)
         roles = np.where(state.gripping, GRIP, np.where(reaching, REACH, FREE))
         share = self._share(state)
-        moves_arm = state.phase in (Phase.SETTLE, Phase.ROLL)
+        moves_arm = self.recentre and state.phase in (Phase.SETTLE, Phase.ROLL)
         progress = state.rolled / self.plan.stroke if state.phase in HELD_BY_TH_MF else 0.0
         return Goal(
             phase=state.phase,
@@ -293,7 +300,7 @@ class Gait:
             q_guide=self.plan.rolling(progress),
             turn_rate=-turning,
             tip_force=self.tip_force,
-            v_palm=self.placing.palm_velocity(estimate) if moves_arm else np.zeros(3),
+            V_palm=self.placing.palm_twist(estimate) if moves_arm else np.zeros(6),
         )
 
     def _is_over(self, state: GaitState, estimate: Estimate) -> bool:
@@ -301,16 +308,21 @@ class Gait:
         if phase is Phase.ROLL:
             at_limit = self.placing.meets_limit(estimate.q, estimate.v, ROLLING, self.stop)
             return state.rolled >= self.plan.stroke or at_limit
+        if phase is Phase.SETTLE:
+            return clock >= self.settle and (clock >= self.settle_most or self._is_centred(estimate))
         if phase in (Phase.ADD, Phase.RETURN):
             return bool(state.gripping[TH_MF | FF_RF].all())
         if phase is Phase.CATCH:
             return bool(state.gripping[TH_MF].all())
         duration = {
-            Phase.SETTLE: self.settle, Phase.SUPPORT: self.take, Phase.LEAVE: self.take + self.leave,
+            Phase.SUPPORT: self.take, Phase.LEAVE: self.take + self.leave,
             Phase.RELOCATE: self.relocate, Phase.REGRIP: self.take, Phase.REMOVE: self.take + self.leave,
             Phase.HOLD: self.held, Phase.GRASP: self.take,
         }[phase]  # fmt: skip
         return clock >= duration
+
+    def _is_centred(self, estimate: Estimate) -> bool:
+        return not self.recentre or knuckle_way(self.placing.palm_error(estimate)) <= self.centred
 
 
 def smooth(s: float) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from turnscrew.decide.plan import GaitPlan
 from turnscrew.geometry.arrays import Array
-from turnscrew.robot.inverse_kinematics import place_fingertip
+from turnscrew.robot.inverse_kinematics import PALM_LENGTH, place_fingertip, rotation_vector
 from turnscrew.robot.joints import FINGERS, finger_joints
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import Estimate
@@ -26,8 +26,9 @@ class Placing:
         robot: Kinematics.
         plan: The gait's postures, made for a screw at `plan.p_WS` and an upright tool.
         arm_rate: Rate at which the arm removes a misplacement [1/s].
-        arm_speed: Fastest motion of the palm [m/s]: a gripped handle is dragged along, and at 6 mm/s the tilt servo
-            keeps up (found by trial).
+        arm_speed: Fastest motion of the palm, turns as `knuckle_way` counts them [m/s]: a gripped handle is dragged
+            along, and at 6 mm/s the tilt servo keeps up; at 20 mm/s one start of sixteen tips the tool over (found by
+            trial).
     """
 
     robot: RobotModel
@@ -66,19 +67,30 @@ class Placing:
         q[:6] = q_plan[:6]
         return q
 
-    def palm_velocity(self, estimate: Estimate) -> Array:
-        """Velocity (3,) in W that brings the palm back over the tool as planned [m/s].
+    def palm_error(self, estimate: Estimate) -> Array:
+        """By how much the palm is off the plan's place over the screw, the tool upright there.
+
+        The tool's lean is left out: control rights it, and a palm that followed it would follow the camera's noise.
 
         Args:
-            estimate: Where arm and tool are.
+            estimate: Where arm and screw are.
+
+        Returns:
+            (6,) way to go in W [m], then rotation vector to turn by [rad].
         """
-        p_WH, _ = self.robot.palm(estimate.q)
-        q_plan = self.plan.rolling(0.0)
-        wanted, _ = self.robot.palm(q_plan)
-        error = wanted + estimate.p_WS - self.plan.p_WS - p_WH
-        v = self.arm_rate * error
-        speed = float(np.sqrt(v @ v))
-        return v if speed <= self.arm_speed else v * (self.arm_speed / speed)
+        p_WH, R_WH = self.robot.palm(estimate.q)
+        wanted, R_wanted = carried_palm(self.robot, self.plan, estimate.p_WS, self.plan.R_WT[:, 2])
+        return np.concatenate([wanted - p_WH, rotation_vector(R_wanted @ R_WH.T)])
+
+    def palm_twist(self, estimate: Estimate) -> Array:
+        """Twist (6,) in W, linear first, that brings the palm back over the screw as planned [m/s, rad/s].
+
+        Args:
+            estimate: Where arm and screw are.
+        """
+        V = self.arm_rate * self.palm_error(estimate)
+        speed = knuckle_way(V)
+        return V if speed <= self.arm_speed else V * (self.arm_speed / speed)
 
     def meets_limit(self, q: Array, v: Array, fingers: Sequence[str], margin: float) -> bool:
         """Whether a driven joint of the fingers is within a margin of a limit and on its way there.
@@ -94,6 +106,31 @@ class Placing:
         angles, speeds = q[joints], v[joints]
         down, up = (angles - low < margin) & (speeds < -MOVING), (high - angles < margin) & (speeds > MOVING)
         return bool((down | up).any())
+
+
+def carried_palm(robot: RobotModel, plan: GaitPlan, p_WT: Array, axis: Array) -> tuple[Array, Array]:
+    """The plan's palm carried along with a tool: as the handle sees it, the hand is where it was planned to be.
+
+    The tool is carried by the smallest rotation of its axis: its yaw does not matter on a round handle.
+
+    Args:
+        robot: Kinematics.
+        plan: With the planned palm.
+        p_WT: (3,) where the tip is, in W [m].
+        axis: (3,) the tool's axis in W, of length 1.
+
+    Returns:
+        p_WH (3,) [m] and R_WH (3, 3) of the palm.
+    """
+    p_WH, R_WH = robot.palm(plan.rolling(0.0))
+    A = _between(plan.R_WT[:, 2], axis)
+    return p_WT + A @ (p_WH - plan.p_WS), A @ R_WH
+
+
+def knuckle_way(error: Array) -> float:
+    """Size of a palm's error or twist (6,), linear first, turns counted as what they move the knuckles [m or m/s]."""
+    turn = PALM_LENGTH * error[3:]
+    return float(np.sqrt(error[:3] @ error[:3] + turn @ turn))
 
 
 def _between(a: Array, b: Array) -> Array:

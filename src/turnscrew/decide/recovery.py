@@ -162,5 +162,5 @@ def stilled(goal: Goal | None) -> Goal | None:
     if goal is None:
         return None
     return replace(
-        goal, turn_rate=0.0, approach=np.zeros_like(goal.approach), v_palm=np.zeros(3), action=str(Action.STOP)
+        goal, turn_rate=0.0, approach=np.zeros_like(goal.approach), V_palm=np.zeros(6), action=str(Action.STOP)
     )

@@ -141,6 +141,8 @@ def _wish(field: FieldInfo) -> str:
     suffix = "" if unit == "-" else f" {unit}"
     if "Literal" in kind:
         return f"must be one of {kind[kind.index('[') + 1 : kind.rindex(']')]}"
+    if field.annotation is bool:
+        return "must be true or false"
     if "tuple" in kind:
         return f"must be three numbers from 0 to 0.02 in a list, in{suffix}"
     noun = "a whole number" if "int" in kind else "a number"

@@ -175,7 +175,7 @@ class Robot(Table):
 
 
 class Control(Table):
-    """How a robot that takes torques holds the tool, and shares the wrench among its fingertips."""
+    """How the tool is held, and the wrench shared among the fingertips; where the hand is meanwhile."""
 
     forces: Literal["optimal", "null-space"] = key(
         "optimal",
@@ -235,6 +235,13 @@ class Control(Table):
         "Shadow's fingertips stand 5-8 N for long and more for a moment",
         ge=4.0,
         le=20.0,
+    )
+    recentre: bool = key(
+        True,
+        "-",
+        "Whether arm and wrist, at the start and while the handle rolls, bring the hand to where the plan has it over "
+        "the screw, as the estimate tells.",
+        "fingers that stray from the plan's postures run out of reach",
     )
 
 

@@ -54,6 +54,8 @@ def _comment(field: FieldInfo) -> Iterator[str]:
 
 def _range(field: FieldInfo) -> str:
     kind = str(field.annotation)
+    if field.annotation is bool:
+        return "true or false"
     if "Literal" in kind:
         return " or ".join(kind[kind.index("[") + 1 : kind.rindex("]")].replace("'", '"').split(", "))
     bounds = limits(field)
@@ -72,6 +74,8 @@ def _assignment(name: str, value: Any, field: FieldInfo) -> str:
 
 
 def _toml(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, str):
         return f'"{value}"'
     if isinstance(value, tuple):

@@ -1,6 +1,10 @@
 """How a run begins: the tool stands in the screw's drive, thumb and middle finger have it (the paper's assumptions).
 
-What is drawn here is known to the plant alone; the robot believes in the scenario and the plan.
+Two things begin here that must not be mixed up.  *What is true*: somebody has put the tool into the hand and, arm and
+hand yielding, led both to the screw, so the hand is around the tool as planned wherever that really stands.  Screw,
+tool and joints are drawn together, for the plant alone.  *What the robot believes*: the screw is where it was told
+(`GaitPlan.p_WS`), the tool upright, the handle as thick as it was told.  None of the true values reaches the loop but
+through its sensors: the encoders read the joints as they are, with their errors, and the camera sees the tool.
 """
 
 from __future__ import annotations
@@ -11,18 +15,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
+from turnscrew.decide.placing import carried_palm
 from turnscrew.decide.plan import ROLLING, Course, GaitPlan
 from turnscrew.decide.plans import plan_for
 from turnscrew.errors import PlanError
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import exp_so3
-from turnscrew.robot.inverse_kinematics import place_fingertip
+from turnscrew.robot.inverse_kinematics import place_fingertip, place_palm
 from turnscrew.robot.joints import FINGERS
 from turnscrew.robot.model import RobotModel
 from turnscrew.task.scenario_keys import Scenario
 
 TIP_LIFT = 1e-4
 """Height of the tip above the slot's floor [m]: a tilted blade's corner must not begin inside the floor."""
+
+ARM_MARGIN = 0.01
+"""Least distance of arm and wrist from their limits [rad]: twice what commands keep, so that they can hold there."""
 
 NEAR_ENOUGH = 3e-4
 """How far a finger may be from where it should touch [m]: its servo bends by ten times that under its squeeze."""
@@ -69,10 +77,19 @@ def plan_of(scenario: Scenario, on_planning: Callable[[str], None] | None = None
 
 
 def draw_start(scenario: Scenario, plan: GaitPlan, robot: RobotModel, rng: Generator) -> Start:
-    """Draws calibration error, start tilt and offset, and closes TH and MF on the handle where it really is.
+    """Draws calibration error, start tilt and offset, and puts the hand around the tool where that really is.
+
+    Arm and wrist carry the whole hand, so that the tool sees it as planned and the fingers keep the plan's postures,
+    with all its margins and clearances.  Where arm or wrist meet a limit, TH and MF reach for what is left.
+
+    Args:
+        scenario: Sizes of the errors.
+        plan: Whose roll begins.
+        robot: Kinematics.
+        rng: Draws the errors.
 
     Raises:
-        PlanError: the drawn start is out of the fingers' reach.
+        PlanError: the drawn start is out of reach of arm and fingers.
     """
     p_WS = plan.p_WS + rng.normal(size=3) * np.array(scenario.sense.calibration_error)
     believed_radius = scenario.tool.handle.radius + rng.normal() * scenario.sense.radius_error
@@ -88,6 +105,8 @@ def draw_start(scenario: Scenario, plan: GaitPlan, robot: RobotModel, rng: Gener
     planned = robot.fingertips(q)
     # the plan's contacts, carried to where the tool really is: rigidly, but for its yaw, which no contact sees
     carry = R_WT @ slot.T
+    p_WH, R_WH = carried_palm(robot, plan, p_WT, R_WT[:, 2])
+    q = place_palm(robot, p_WH, R_WH, q, rng, margin=ARM_MARGIN, starts=1).q
     for finger in ROLLING:
         row = FINGERS.index(finger)
         target = p_WT + carry @ (planned.p_WF[row] - plan.p_WS)

@@ -115,7 +115,7 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
     """The loop's blocks, told what the robot is told."""
     inertia = believed_inertia(scenario, believed_radius)
     torque = scenario.robot.actuation == "torque"
-    gait = Gait(plan, Placing(robot, plan), scenario.speed.turning)
+    gait = Gait(plan, Placing(robot, plan), scenario.speed.turning, recentre=scenario.control.recentre)
     if torque:
         gait = replace(gait, support_speed=SUPPORT_SPEED)
     if scenario.goal.course == "stroke":

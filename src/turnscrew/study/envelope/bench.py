@@ -189,7 +189,7 @@ class Bench:
         return Goal(
             phase="hold", round=0, vain=0, roles=roles, share=share, squeeze=Gait.squeeze * share,
             approach=np.zeros((5, 3)), q_free=self._q, q_guide=self._q, turn_rate=0.0, tip_force=Gait.tip_force,
-            v_palm=np.zeros(3),
+            V_palm=np.zeros(6),
         )  # fmt: skip
 
 

@@ -114,7 +114,7 @@ class HeldGrasp:
             if any(fault.ends for fault in tick.faults):
                 raise ScenarioError(f"the run ended in {tick.faults[0].kind} before it came to hold in {phase}")
             run.advance(idle)
-        goal = replace(goal, turn_rate=0.0, v_palm=np.zeros(3), approach=np.zeros((5, 3)))
+        goal = replace(goal, turn_rate=0.0, V_palm=np.zeros(6), approach=np.zeros((5, 3)))
         run.loop = replace(run.loop, blocks=replace(run.loop.blocks, decider=cast(Decider, Holding(goal))))
         run.advance(idle)
         for _ in range(round(SETTLE / run.loop.dt)):
