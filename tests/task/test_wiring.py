@@ -7,6 +7,8 @@ from turnscrew.actuate.torque import TorqueAdapter
 from turnscrew.control.distribution import Distribution
 from turnscrew.control.optimal_distribution import OptimalDistribution
 from turnscrew.decide.plans import plan_for
+from turnscrew.estimate.estimator import ToolEstimator
+from turnscrew.estimate.filter_state import Prior
 from turnscrew.robot.model import RobotModel
 from turnscrew.task.scenario import load
 from turnscrew.task.wiring import Blocks, believed_friction, believed_inertia, build_blocks
@@ -62,3 +64,15 @@ def test_beats_divide_the_plants_steps():
     assert load(None, ["robot.actuation=torque"], 0).beats_per_tick == 5
     assert load(None, ["robot.actuation=torque", "rate.torque=1000"], 0).beats_per_tick == 10
     assert load(None, ["robot.actuation=torque", "rate.torque=100"], 0).beats_per_tick == 1
+
+
+def test_the_estimator_is_told_of_a_late_camera_and_of_a_cell_that_is_calibrated_badly() -> None:
+    def told(*overrides: str) -> ToolEstimator:
+        return blocks(*overrides).estimator
+
+    usual, bad = told(), told("vision.latency=0.12", "sense.calibration_error=[0.003, 0.001, 0.004]")
+    # a frame that is .12 s late must be turned forward to now
+    assert usual.memory < 0.12 < bad.memory
+    assert usual.prior == Prior()
+    # better than usual is not believed
+    assert bad.prior.screw == (0.003, 0.0015, 0.004)

@@ -101,6 +101,7 @@ class ToolEstimator:
         angle: Slot play.
         slip: Tests for a slip of the tip.
         fingers: Detector of fingers that slide.
+        memory: How far back odometry is kept for frames that come late [s]; later ones are refused.
         correction_period: Longest time without a correction when no frame comes [s]: two periods of the camera.
         rate_time: Time constant of the tool's angular velocity [s]: encoder noise of .05 deg makes .15 deg of yaw,
             so 50 ms leave 3 deg/s.
@@ -123,6 +124,7 @@ class ToolEstimator:
     angle: ScrewAngle = field(default_factory=ScrewAngle)
     slip: TipSlip = field(default_factory=TipSlip)
     fingers: FingerSlip = field(default_factory=FingerSlip)
+    memory: float = 0.1
     correction_period: float = 2.0 / 30.0
     rate_time: float = 0.05
 
@@ -149,7 +151,7 @@ class ToolEstimator:
             tips=tips,
             capsules=capsules,
             contacts=self._contacts(filtered, tips, capsules),
-            trail=Trail().extended(measurement.time, np.zeros(3), np.zeros(3)),
+            trail=Trail(span=self.memory).extended(measurement.time, np.zeros(3), np.zeros(3)),
             since_correction=0.0,
             correction=None,
             correction_time=0.0,

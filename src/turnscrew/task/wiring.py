@@ -21,6 +21,7 @@ from turnscrew.decide.recovery import Decider
 from turnscrew.estimate.between_ticks import BetweenTicks
 from turnscrew.estimate.contacts import TouchDetector
 from turnscrew.estimate.estimator import Reference, ToolEstimator
+from turnscrew.estimate.filter_state import Prior
 from turnscrew.estimate.finger_force import ForceFromTorque
 from turnscrew.estimate.joint_smoothing import JointSmoother
 from turnscrew.estimate.pose_ipopt import IpoptSolver
@@ -60,6 +61,9 @@ GAUGED_SLIP = TipSlip(noise=0.15, ripple=0.25, force_walk=0.3, torque_walk=0.03,
 shake them twice as long.  Found by trial: five runs of five rounds stay below four tenths of an alarm; with the .06 s
 of fingertip sensors each of them raises one."""
 
+
+FRAMES_KEPT = 3
+"""Frames of a usual camera over which odometry is kept at least."""
 
 THROUGH = JointSmoother(arm=1e-6, wrist=1e-6, finger=1e-6)
 """Hands readings on as they are: a robot that takes torques has smoothed them already, at its faster pace."""
@@ -200,6 +204,8 @@ def build_estimator(
         touch=touch,
         joints=THROUGH if torque else JointSmoother(),
         filter=build_filter(scenario),
+        prior=build_prior(scenario),
+        memory=max(FRAMES_KEPT / 30.0, scenario.vision.latency + 2.0 / scenario.vision.rate),
         refiner=build_refiner(scenario),
         reference=Reference(scenario.estimate.reference),
         angle=ScrewAngle(play=slot_play(tool.blade_width, tool.blade_thickness, scenario.screw.slot_width)),
@@ -213,6 +219,15 @@ def build_filter(scenario: Scenario) -> ToolFilter:
     if scenario.robot.actuation == "position":
         return filter_
     return replace(filter_, arm_time=BetweenTicks.arm_time, wrist_time=BetweenTicks.time)
+
+
+def build_prior(scenario: Scenario) -> Prior:
+    """The filter's doubt at the start, told how well the cell is calibrated: as usual, or worse."""
+    sense, usual = scenario.sense, Prior()
+    x, y, z = map(max, usual.screw, sense.calibration_error)
+    return Prior(
+        screw=(x, y, z), radius=max(usual.radius, sense.radius_error), offset=max(usual.offset, sense.joint_offset)
+    )
 
 
 def build_refiner(scenario: Scenario) -> PoseRefiner | None:
