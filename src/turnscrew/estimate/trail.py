@@ -50,7 +50,8 @@ class Trail:
         times: Of the ticks [s].
         rotations: Accumulated rotation at each, as matrices in W.
         travels: Accumulated travel of the tip at each, (3,) in W [m].
-        span: How far back it reaches [s], unless told otherwise three frames of a 30 Hz camera; later frames are refused.
+        span: How far back it reaches [s], three frames of a 30 Hz camera unless told otherwise; frames that come later
+            are refused.
     """
 
     times: tuple[float, ...] = ()
