@@ -242,10 +242,12 @@ class Fault:
         kind: Its name.
         time: When it was named [s].
         evidence: A sentence with the figure that was exceeded.
-        ends: Whether the run cannot go on; other trouble is named once, when it begins, and lived with.
+        ends: Whether the run cannot go on as it is; other trouble is named once, when it begins, and lived with.
+        hopeless: Whether there is nothing that could be done about it.
     """
 
     kind: FaultKind
     time: float
     evidence: str
     ends: bool = True
+    hopeless: bool = False

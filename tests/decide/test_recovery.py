@@ -92,6 +92,12 @@ def test_waiting_has_an_end() -> None:
     assert over.kind is FaultKind.VISION_LOST
 
 
+def test_nothing_is_tried_about_what_is_hopeless() -> None:
+    fault = Fault(FaultKind.VISION_LOST, 1.0, "no pose since the start", hopeless=True)
+    state, _ = for_a_while(into(Phase.ROLL), DT, (fault,))
+    assert state.action is Action.STOP
+
+
 def test_lost_finger_feels_for_the_handle_and_the_others_take_over() -> None:
     only_thumb = TH_MF & (np.arange(5) == TH)
     state, goals = for_a_while(into(Phase.ROLL), DT, trouble(FaultKind.CONTACT_LOST), only_thumb)

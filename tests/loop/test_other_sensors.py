@@ -44,8 +44,10 @@ def test_no_marker_in_view_ends_the_run_with_the_reason(tmp_path: Path, drawing:
     wishes = ["vision.source=rendered", "vision.camera.azimuth=1.8", "vision.camera.elevation=0.9"]
     summary = fasten(load(None, wishes, 777302), tmp_path)
     assert summary.outcome == "VISION_LOST"
-    assert summary.faults[-1].evidence.startswith("no pose from the camera since the start: no marker of 4X4_50")
-    assert summary.sim_time_s < 2.1
+    (fault,) = (fault for fault in summary.faults if "since the start" in fault.evidence)
+    assert fault.evidence.startswith("no pose from the camera since the start: no marker of 4X4_50")
+    # two seconds without sight, and half a second in which the tool is held still
+    assert summary.sim_time_s < 2.6
 
 
 def test_strain_gauges_turn_the_screw(tmp_path: Path) -> None:

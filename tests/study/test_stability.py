@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from math import radians
+from math import ceil, floor, radians
 
 import numpy as np
 import pytest
 
 from turnscrew.plant.snapshot import Plant
+from turnscrew.robot.coupling import SELECTION
+from turnscrew.robot.joints import ARM, DRIVEN
 from turnscrew.study.stability.edges import Prediction, growth_rate, measured_growth, one_period, one_ratio, search
-from turnscrew.study.stability.held_grasp import HeldGrasp, random_kick
-from turnscrew.study.stability.study import QUIET, agrees
+from turnscrew.study.stability.held_grasp import KICK, HeldGrasp, random_kick
+from turnscrew.study.stability.study import CASES, QUIET, agrees, parts
 from turnscrew.task.scenario import load
 
 SEED = 777104
@@ -76,17 +78,55 @@ def test_moves_and_differences_are_inverse(grasp):
 
 
 def test_two_reactions_to_the_same_are_the_same(grasp):
-    one, other = (grasp.react(2, random_kick(1), 0.1).speeds for _ in range(2))
+    one, other = (grasp.react(2, random_kick(np.random.default_rng(1)), 0.1).speeds for _ in range(2))
     np.testing.assert_array_equal(one, other)
+
+
+def test_a_kick_is_of_one_size_in_all_joints_of_the_hand():
+    kick = random_kick(np.random.default_rng(2))
+    np.testing.assert_allclose(np.abs(kick[len(ARM) :]), KICK)
+    # twenty coins do not all fall on the same side
+    assert abs(kick[len(ARM) :].sum()) < 20 * KICK
+
+
+def test_each_case_has_a_kick_of_its_own(tmp_path):
+    todo = parts([], SEED, with_map=True, out=tmp_path)
+    kicks = {tuple(part.kick) for part in todo if part.case.moved != "map"}
+    assert len(kicks) == len(CASES)
+    assert len({part.file for part in todo}) == len(CASES) + 1
+
+
+def test_a_kick_moves_speeds_alone_and_coupled_joints_together(grasp):
+    kick = random_kick(np.random.default_rng(2))
+    moved = grasp.plant.moved(grasp.snapshot, grasp.kicked(kick))
+    np.testing.assert_array_equal(moved.qpos, grasp.snapshot.qpos)
+    # a sum and a difference of doubles below 1
+    np.testing.assert_allclose(moved.qvel[:28] - grasp.snapshot.qvel[:28], SELECTION @ kick, atol=1e-15)
+
+
+def test_a_coupled_pair_rubs_in_both_joints(grasp):
+    force = dict(zip(DRIVEN, grasp.friction.force, strict=True))
+    assert force["FFJ2"] == pytest.approx(2 * force["FFJ3"])
+    assert force[ARM[0]] == 0.0
+
+
+def test_dry_friction_is_gone_only_for_a_while(grasp):
+    before = grasp.plant.dry_friction
+    with grasp.plant.without_dry_friction():
+        assert not grasp.plant.dry_friction.any()
+    np.testing.assert_array_equal(grasp.plant.dry_friction, before)
+    assert before.any()
 
 
 @pytest.mark.slow
 def test_a_swing_decays_inside_the_predicted_edge_and_grows_beyond(grasp):
-    edge = Prediction.of(grasp).delay_edge().at
-    # two periods on either side: twice what they differ by for two fingers and the default gains, on two other seeds
-    assert measured_growth(grasp, int(edge) - 2, 1.0, 5) < 0.0
-    assert measured_growth(grasp, int(edge) + 3, 1.0, 5) > 0.0
-    kept = grasp.react(int(edge) - 2, random_kick(5), 1.0)
+    kick = random_kick(np.random.default_rng(5))
+    edge = Prediction.of(grasp).delay_edge(kick).at
+    # a control period on either side
+    inside, outside = floor(edge) - 1, ceil(edge) + 1
+    assert measured_growth(grasp, inside, 1.0, kick) < 0.0
+    assert measured_growth(grasp, outside, 1.0, kick) > 0.0
+    kept = grasp.react(inside, kick, 1.0)
     assert kept.holding == 2
     # a disturbance of .3 rad/s in each joint leans the tool by tenths of a degree
     assert np.degrees(kept.tilt) < 1.0

@@ -134,7 +134,8 @@ class Decider:
 
     def _answer(self, state: DeciderState, fault: Fault, estimate: Estimate) -> DeciderState:
         """Begins what is to be done about a fault, unless that is being done."""
-        phase, action = state.gait.phase, self.policy.get(fault.kind, {}).get(state.gait.phase, Action.STOP)
+        phase = state.gait.phase
+        action = Action.STOP if fault.hopeless else self.policy.get(fault.kind, {}).get(phase, Action.STOP)
         if state.action is Action.STOP or (action is state.action is Action.WAIT and state.clock < self.patience):
             return state
         if action is not Action.WAIT and self._tried(state, fault.kind) >= self.tries:

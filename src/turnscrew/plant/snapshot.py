@@ -95,6 +95,21 @@ class Plant:
         finally:
             option.tolerance, option.iterations, option.noslip_tolerance = before
 
+    @property
+    def dry_friction(self) -> Array:
+        """Dry friction (28,) of the joints [N.m]."""
+        return np.array(self._model.dof_frictionloss[: len(JOINTS)])
+
+    @contextmanager
+    def without_dry_friction(self) -> Iterator[None]:
+        """While it lasts, the joints have no dry friction: it jumps where a speed changes sign, and has no slope."""
+        before = self._model.dof_frictionloss.copy()
+        self._model.dof_frictionloss[:] = 0.0
+        try:
+            yield
+        finally:
+            self._model.dof_frictionloss[:] = before
+
     def steps(self, torques: Array, count: int) -> Snapshot:
         """Steps on with torques (24,) [N.m] on the drives; returns the state after."""
         self._cell.write(torques)

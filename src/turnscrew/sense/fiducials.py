@@ -82,8 +82,8 @@ class Fiducials:
         scale = ENLARGED if self.fine(image) else 1
         cv2 = opencv()
         searched = image if scale == 1 else cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
-        corners, ids, _ = _detector(self.dictionary).detectMarkers(searched)
-        if ids is None or not len(ids):
+        corners, ids = _detected(self.dictionary, searched)
+        if not len(ids):
             return Sighting(np.zeros(0, int), np.zeros((0, 4, 2)))
         # pixel centres are whole numbers before and after, so enlarging does not only multiply
         pixels = (np.array(corners, float).reshape(-1, 4, 2) + 0.5) / scale - 0.5
@@ -103,8 +103,7 @@ class Fiducials:
         """Name of another widely used dictionary whose markers are in the picture; empty if there is none."""
         for name in WIDELY_USED:
             if name.partition("_")[0] != self.dictionary.partition("_")[0] or "APRILTAG" in name:
-                _, ids, _ = _detector(name).detectMarkers(image)
-                if name != self.dictionary and ids is not None and len(ids) >= SHOWN:
+                if name != self.dictionary and len(_detected(name, image)[1]) >= SHOWN:
                     return name
         return ""
 
@@ -117,10 +116,23 @@ def _dictionary(name: str) -> Any:
     return aruco.getPredefinedDictionary(getattr(aruco, f"DICT_{name}"))
 
 
-@lru_cache(maxsize=len(WIDELY_USED) + 2)
-def _detector(name: str) -> Any:
+def _detected(name: str, image: Image) -> tuple[Any, Any]:
+    """Corners and numbers of a dictionary's markers.
+
+    OpenCV fails, instead of rejecting it, at a candidate one of whose sides has less than two pixels of contour.  Corners
+    are then taken as they are found, to a pixel.
+    """
+    try:
+        corners, ids, _ = _detector(name, True).detectMarkers(image)
+    except opencv().error:
+        corners, ids, _ = _detector(name, False).detectMarkers(image)
+    return corners, () if ids is None else ids
+
+
+@lru_cache(maxsize=2 * len(WIDELY_USED) + 4)
+def _detector(name: str, refining: bool) -> Any:
     aruco = opencv().aruco
     parameters = aruco.DetectorParameters()
-    parameters.cornerRefinementMethod = aruco.CORNER_REFINE_CONTOUR
+    parameters.cornerRefinementMethod = aruco.CORNER_REFINE_CONTOUR if refining else aruco.CORNER_REFINE_NONE
     parameters.minMarkerPerimeterRate = SMALLEST
     return aruco.ArucoDetector(_dictionary(name), parameters)

@@ -52,14 +52,16 @@ def report(todo: Sequence[Part], jobs: int, out: Path, console: Console) -> None
 
 
 def edge_table(cases: Sequence[Done]) -> Table:
-    """Predicted and measured edges."""
+    """Predicted and measured edges of a swing of the kick's size, beside that of a loop without dry friction."""
     table = Table(title="Where a held grasp begins to swing", box=SIMPLE)
-    for heading in ("grasp", "moved", "predicted", "measured", "apart", "swing [rad/s]", "beyond the edge"):
+    headings = ("grasp", "moved", "frictionless", "predicted", "measured", "apart", "swing [rad/s]", "beyond the edge")
+    for heading in headings:
         table.add_column(escape(heading), no_wrap=True)
     for found in cases:
         table.add_row(
-            escape(found["case"]), found["moved"], _edge(found, found["predicted"]), _edge(found, found["measured"]),
-            _apart(found), f"{found['swing']:.0f}", _beyond(found),
+            escape(found["case"]), found["moved"], _edge(found, found["frictionless"]),
+            _edge(found, found["predicted"]), _edge(found, found["measured"]), _apart(found), f"{found['swing']:.0f}",
+            _beyond(found),
         )  # fmt: skip
     return table
 

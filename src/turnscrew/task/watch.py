@@ -140,7 +140,8 @@ class Watch:
             unread=0.0 if not unread(measurement) else state.unread + dt,
         )
         ending = tuple(
-            Fault(kind, measurement.time, evidence)
+            # a camera that has never seen anything is set up wrongly
+            Fault(kind, measurement.time, evidence, hopeless=kind is FaultKind.VISION_LOST and not following.seen)
             for kind, evidence in self._ending(following, measurement, estimate, goal)
         )
         lasting = dict(self._lasting(following, measurement, estimate))

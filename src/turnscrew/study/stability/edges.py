@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
-from turnscrew.study.stability.held_grasp import HeldGrasp, random_kick
+from turnscrew.study.stability.dry_friction import Swing
+from turnscrew.study.stability.held_grasp import HeldGrasp
 from turnscrew.study.stability.poles import Poles, SampledLoop
 
 WATCHED = 1.6
@@ -74,9 +75,14 @@ def one_ratio(value: float, direction: int) -> float:
     return float(value * RATIO**direction)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Prediction:
-    """A held grasp's linear loop, at any delay and gain."""
+    """A held grasp's linear loop, at any delay and gain, and what its joints' dry friction makes of it.
+
+    Attributes:
+        grasp: The grasp.
+        linear: Its loop, without dry friction.
+    """
 
     grasp: HeldGrasp
     linear: SampledLoop
@@ -100,24 +106,39 @@ class Prediction:
         return replace(self.linear, controls=loop.controls(state, self.grasp.snapshot))
 
     def poles(self, delay: int, gain: float = 1.0) -> Poles:
-        """Poles at a delay [periods] and a gain."""
+        """Poles at a delay [periods] and a gain, without dry friction."""
         return self.under(gain).poles(delay)
 
-    def delay_edge(self, start: float = 8.0) -> Crossing:
-        """The delay beyond which a swing grows [periods]."""
-        return search(lambda n: self.linear.poles(round(n)).growth, start, one_period, 40)
+    def swings(self, kick: Array, delay: int, gain: float = 1.0) -> list[Swing]:
+        """Swings after a kick (24,) of the driven joints [rad/s], the fastest growing first."""
+        return self.grasp.friction.swings(self.under(gain), delay, self.grasp.kicked(kick))
 
-    def gain_edge(self, delay: int, start: float = 4.0) -> Crossing:
-        """The factor on the servo's gains beyond which a swing grows."""
-        return search(lambda g: self.poles(delay, g).growth, start, one_ratio, 40)
+    def growth(self, kick: Array | None, delay: int, gain: float = 1.0) -> float:
+        """Rate at which the fastest swing grows after a kick; after none, without dry friction, swings of any size."""
+        if kick is None:
+            return self.poles(delay, gain).growth
+        return self.grasp.friction.growth(self.under(gain), delay, self.grasp.kicked(kick))
+
+    def delay_edge(self, kick: Array | None, start: float = 8.0) -> Crossing:
+        """The delay beyond which a swing grows after a kick [periods]."""
+        return search(lambda n: self.growth(kick, round(n)), start, one_period, 40)
+
+    def gain_edge(self, kick: Array | None, delay: int, start: float = 4.0) -> Crossing:
+        """The factor on the servo's gains beyond which a swing grows after a kick."""
+        return search(lambda g: self.growth(kick, delay, g), start, one_ratio, 40)
 
 
-def measured_growth(grasp: HeldGrasp, delay: int, gain: float, seed: int) -> float:
+def measured_growth(grasp: HeldGrasp, delay: int, gain: float, kick: Array) -> float:
     """Rate at which a small disturbance grows in the whole loop [1/s].
 
     The loop runs twice, under the same noise, once disturbed and once not: the difference is the disturbance's own.
+
+    Args:
+        grasp: Held.
+        delay: Of commands [control periods].
+        gain: Factor on the servo's gains.
+        kick: (24,) speeds of the driven joints [rad/s].
     """
-    kick = random_kick(seed)
     one = grasp.react(delay, kick, WATCHED, gain).speeds
     other = grasp.react(delay, 0.0 * kick, WATCHED, gain).speeds
     count = min(len(one), len(other))
@@ -141,11 +162,11 @@ def growth_rate(difference: Array, period: float) -> float:
     return float(slope)
 
 
-def measured_delay_edge(grasp: HeldGrasp, start: int, seed: int) -> Crossing:
-    """The delay beyond which the simulator's swings grow [periods]."""
-    return search(lambda n: measured_growth(grasp, round(n), 1.0, seed), float(start), one_period, 12)
+def measured_delay_edge(grasp: HeldGrasp, start: int, kick: Array) -> Crossing:
+    """The delay beyond which the simulator's swings grow after a kick [periods]."""
+    return search(lambda n: measured_growth(grasp, round(n), 1.0, kick), float(start), one_period, 12)
 
 
-def measured_gain_edge(grasp: HeldGrasp, delay: int, start: float, seed: int) -> Crossing:
-    """The factor on the servo's gains beyond which the simulator's swings grow."""
-    return search(lambda g: measured_growth(grasp, delay, g, seed), start, one_ratio, 12)
+def measured_gain_edge(grasp: HeldGrasp, delay: int, start: float, kick: Array) -> Crossing:
+    """The factor on the servo's gains beyond which the simulator's swings grow after a kick."""
+    return search(lambda g: measured_growth(grasp, delay, g, kick), start, one_ratio, 12)

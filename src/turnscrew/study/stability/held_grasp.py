@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 import numpy as np
+from numpy.random import Generator
 
 from turnscrew.control.controller import Controller, ControllerState
 from turnscrew.decide.recovery import Decider, DeciderState
@@ -15,10 +16,11 @@ from turnscrew.errors import ScenarioError
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.geometry.euler import tilt
 from turnscrew.plant.snapshot import Plant, Snapshot
-from turnscrew.robot.coupling import SELECTION
+from turnscrew.robot.coupling import DRIVEN_INDEX, SELECTION
 from turnscrew.robot.joints import ARM
 from turnscrew.signals import GRIP, Estimate, Fault, Goal
 from turnscrew.study.disturbances.disturbance import idle
+from turnscrew.study.stability.dry_friction import DryFriction
 from turnscrew.study.stability.held_loop import TORQUE_ONLY, HeldLoop, HeldState
 from turnscrew.study.stability.tracking import Tracking
 from turnscrew.task.fasten import Run
@@ -30,10 +32,9 @@ SETTLE = 1.0
 """How long a grasp is held before it counts as resting [s]: three times the slowest of the servo's time constants."""
 
 KICK = 0.3
-"""Size of a disturbance: random speeds of the hand's joints [rad/s], a third of a roll's; a tenth of it in the arm.
-Smaller ones do not break the finger joints' dry friction loose, which then holds swings of the fingers that the poles,
-and larger disturbances, show to grow: at a natural frequency of 64 rad/s the edge is 5 periods of delay under .1 rad/s,
-3 under .3, 2 under .6, and 2 by the poles."""
+"""Size of a disturbance: the speed that each of the hand's joints gets, one way or the other [rad/s], a third of a
+roll's; a tenth of it in the arm.  Size matters: the joints' dry friction holds small swings that poles show to grow
+(`DryFriction`), and large ones make fingertips slide.  A kick is known, so how much it excites a swing is, too."""
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,17 @@ class HeldGrasp:
         """(5,) which fingers carry the tool."""
         return np.asarray(self.goal.roles == GRIP)
 
+    @property
+    def friction(self) -> DryFriction:
+        """Of the joints, as the drives feel it: a pair that is coupled rubs in both its joints."""
+        return DryFriction(SELECTION.T @ self.plant.dry_friction, self.plant.freedoms + DRIVEN_INDEX)
+
+    def kicked(self, kick: Array) -> Array:
+        """Coordinates (2 nv + 1,) in which a kick (24,) of the driven joints moves the plant [rad/s]."""
+        nv, by = self.plant.freedoms, np.zeros(2 * self.plant.freedoms + 1)
+        by[nv : nv + len(SELECTION)] = SELECTION @ kick
+        return by
+
     def loop(self, gain: float = 1.0) -> tuple[HeldLoop, HeldState]:
         """The loop that is linearised, and its state at rest; the servo's gains multiplied by `gain`."""
         return self._loop(_stiffened(self.run.loop.blocks.controller, gain), gain)
@@ -167,10 +179,7 @@ class HeldGrasp:
             seconds: How long.
             gain: Factor on the servo's gains.
         """
-        nv, joints = self.plant.freedoms, len(SELECTION)
-        by = np.zeros(2 * nv + 1)
-        by[nv : nv + joints] = SELECTION @ kick
-        self.plant.put(self.plant.moved(self.snapshot, by))
+        self.plant.put(self.plant.moved(self.snapshot, self.kicked(kick)))
         self.plant.look()
         blocks = self.run.loop.blocks
         loop: Loop = replace(
@@ -191,9 +200,9 @@ class HeldGrasp:
         return Reaction(np.array(speeds), lean, int(self.run.cell.truth().touching.sum()))
 
 
-def random_kick(seed: int) -> Array:
-    """Speeds (24,) of the driven joints [rad/s], of size `KICK`."""
-    kick = KICK * np.random.default_rng(seed).normal(size=(SELECTION.shape[1],))
+def random_kick(rng: Generator) -> Array:
+    """Speeds (24,) of the driven joints [rad/s]: `KICK` with random signs."""
+    kick: Array = KICK * rng.choice([-1.0, 1.0], size=SELECTION.shape[1])
     kick[: len(ARM)] *= 0.1
     return kick
 

@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from turnscrew.geometry.arrays import Array
 from turnscrew.study.parts import Done, part_file
+from turnscrew.study.stability.dry_friction import Swing
 from turnscrew.study.stability.edges import (
     WATCHED,
     Crossing,
@@ -18,7 +20,7 @@ from turnscrew.study.stability.edges import (
     measured_delay_edge,
     measured_gain_edge,
 )
-from turnscrew.study.stability.held_grasp import HeldGrasp, random_kick
+from turnscrew.study.stability.held_grasp import KICK, HeldGrasp, random_kick
 from turnscrew.task.scenario import load
 from turnscrew.task.signal_table import write_parquet
 
@@ -95,14 +97,21 @@ class Part:
     Attributes:
         case: The case.
         overrides: Of the scenario, for all cases alike.
-        seed: Of the run and of the disturbance.
+        number: Of the case.
+        seed: Of the run and, with the case's number, of the disturbance.
         file: Where its findings go.
     """
 
     case: Case
+    number: int
     overrides: tuple[str, ...]
     seed: int
     file: Path
+
+    @property
+    def kick(self) -> Array:
+        """(24,) disturbance of the driven joints [rad/s], another one for each case."""
+        return random_kick(np.random.default_rng([self.seed, self.number]))
 
 
 def parts(overrides: Sequence[str], seed: int, *, with_map: bool, out: Path) -> list[Part]:
@@ -110,10 +119,9 @@ def parts(overrides: Sequence[str], seed: int, *, with_map: bool, out: Path) -> 
     wanted = ((MAP,) if with_map else ()) + CASES
     found = []
     for case in wanted:
-        name = "".join(c if c.isalnum() else "-" for c in case.label)
-        found.append(
-            Part(case, tuple(overrides), seed, part_file(out, name, asdict(case), list(overrides), seed, WATCHED))
-        )
+        number, name = CASES.index(case) if case in CASES else 0, "".join(c if c.isalnum() else "-" for c in case.label)
+        file = part_file(out, name, asdict(case), number, list(overrides), seed, WATCHED, KICK)
+        found.append(Part(case, number, tuple(overrides), seed, file))
     return found
 
 
@@ -142,45 +150,49 @@ def work(part: Part) -> Done:
 
 
 def _delay(part: Part, prediction: Prediction) -> Done:
-    grasp = prediction.grasp
-    predicted = prediction.delay_edge()
+    grasp, kick = prediction.grasp, part.kick
+    predicted = prediction.delay_edge(kick)
     start = 0 if np.isnan(predicted.at) else round(predicted.at)
-    measured = measured_delay_edge(grasp, start, part.seed)
+    measured = measured_delay_edge(grasp, start, kick)
     far = round(BEYOND * (start if np.isnan(measured.at) else measured.at)) + 1
-    swings = prediction.linear.poles(start).continuous()
-    return _found(predicted, measured) | {
+    return _found(predicted, measured, prediction.delay_edge(None)) | {
         "at_rest": prediction.linear.poles(0).continuous()[:6],
-        "swing": swings[0][0] if swings else nan,
-        "beyond": _beyond(grasp, far, 1.0, part.seed) | {"at": far},
+        "swing": _fastest(prediction.swings(kick, start)),
+        "beyond": _beyond(grasp, far, 1.0, kick) | {"at": far},
     }
 
 
 def _gain(part: Part, prediction: Prediction) -> Done:
-    delay = part.case.delay
-    predicted = prediction.gain_edge(delay)
+    delay, kick = part.case.delay, part.kick
+    predicted = prediction.gain_edge(kick, delay)
     start = 1.0 if np.isnan(predicted.at) else predicted.at
-    measured = measured_gain_edge(prediction.grasp, delay, start, part.seed)
+    measured = measured_gain_edge(prediction.grasp, delay, start, kick)
     far = BEYOND * (start if np.isnan(measured.at) else measured.at)
-    swings = prediction.poles(delay, start).continuous()
-    return _found(predicted, measured) | {
+    return _found(predicted, measured, prediction.gain_edge(None, delay, start)) | {
         "delay": delay,
-        "swing": swings[0][0] if swings else nan,
-        "beyond": _beyond(prediction.grasp, delay, far, part.seed) | {"at": far},
+        "swing": _fastest(prediction.swings(kick, delay, start)),
+        "beyond": _beyond(prediction.grasp, delay, far, kick) | {"at": far},
     }
 
 
-def _found(predicted: Crossing, measured: Crossing) -> Done:
+def _fastest(swings: Sequence[Swing]) -> float:
+    """Natural frequency of the swing that grows fastest [rad/s]."""
+    return abs(swings[0].pole) if swings else nan
+
+
+def _found(predicted: Crossing, measured: Crossing, frictionless: Crossing) -> Done:
     return {
         "predicted": predicted.at,
         "measured": measured.at,
+        "frictionless": frictionless.at,
         "predicted_trials": predicted.trials,
         "measured_trials": measured.trials,
     }
 
 
-def _beyond(grasp: HeldGrasp, delay: int, gain: float, seed: int) -> Done:
+def _beyond(grasp: HeldGrasp, delay: int, gain: float, kick: Array) -> Done:
     """What becomes of a grasp beyond its edge."""
-    reaction = grasp.react(delay, random_kick(seed), WATCHED, gain)
+    reaction = grasp.react(delay, kick, WATCHED, gain)
     return {"tilt_deg": float(np.degrees(reaction.tilt)), "holding": reaction.holding, "of": int(grasp.gripping.sum())}
 
 
@@ -201,13 +213,13 @@ def agrees(done: Done) -> bool:
 
 
 def write_results(done: Sequence[Done], out: Path) -> Path:
-    """One row a case: label, what is moved, predicted and measured edge, their unit's period."""
+    """One row a case: label, what is moved, predicted and measured edge, that without dry friction, their period."""
     rows = [entry for entry in done if entry["moved"] != "map"]
     columns: dict[str, Any] = {
         name: np.array([row[name] for row in rows], dtype=np.str_) for name in ("case", "moved")
     } | {
         name: np.array([row[name] for row in rows], dtype=float)
-        for name in ("predicted", "measured", "period", "frequency", "damping", "radius", "swing")
+        for name in ("predicted", "frictionless", "measured", "period", "frequency", "damping", "radius", "swing")
     }
     path = out / RESULTS
     write_parquet(path, columns)
