@@ -102,9 +102,9 @@ class Fiducials:
     def others(self, image: Image) -> str:
         """Name of another widely used dictionary whose markers are in the picture; empty if there is none."""
         for name in WIDELY_USED:
-            if name.partition("_")[0] != self.dictionary.partition("_")[0] or "APRILTAG" in name:
-                if name != self.dictionary and len(_detected(name, image)[1]) >= SHOWN:
-                    return name
+            foreign = name.partition("_")[0] != self.dictionary.partition("_")[0] or "APRILTAG" in name
+            if foreign and name != self.dictionary and len(_detected(name, image)[1]) >= SHOWN:
+                return name
         return ""
 
 
@@ -119,8 +119,8 @@ def _dictionary(name: str) -> Any:
 def _detected(name: str, image: Image) -> tuple[Any, Any]:
     """Corners and numbers of a dictionary's markers.
 
-    OpenCV fails, instead of rejecting it, at a candidate one of whose sides has less than two pixels of contour.  Corners
-    are then taken as they are found, to a pixel.
+    OpenCV fails, instead of rejecting it, at a candidate one of whose sides has less than two pixels of contour.
+    Corners are then taken as they are found, to a pixel.
     """
     try:
         corners, ids, _ = _detector(name, True).detectMarkers(image)
