@@ -79,7 +79,7 @@ class Estimate:
         gap: (5,) distance between fingertip and handle [m].
         F_s: (6,) wrench of the screw on the tool, in T, force first [N, N.m].
         stiffness: k_s of the thread as identified [N.m/rad]; not a number where it is no spring.
-        tip_slip: How strongly the forces at the tip contradict a tip that stays where it is: 1 is the threshold.
+        tip_slip: How strongly forces, motion and camera contradict a tip that stays where it is: 1 is the threshold.
         finger_slip: (5,) way that each fingertip has slid down the handle lately [m].
         grip: (5,) share of the friction counted with that each finger is trusted with: 1 until it has slid.
         hung: (5,) which fingers' force sensors hang and are done without.

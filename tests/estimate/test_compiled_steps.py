@@ -12,7 +12,7 @@ from turnscrew.estimate.biased_load import BiasedLoad, LoadState
 from turnscrew.estimate.handle_contacts import HandleContacts
 from turnscrew.estimate.measured_rows import contacts
 from turnscrew.estimate.odometry import RollingOdometry
-from turnscrew.estimate.slip_steps import firmness, held_force, net_force
+from turnscrew.estimate.slip_steps import held_force, net_force, pressed
 from turnscrew.geometry.closest import CONTACT, NORMAL, ON_PATCH, TIP
 from turnscrew.geometry.rotations import exp_so3, skew
 from turnscrew.robot.model import Fingertips
@@ -93,27 +93,29 @@ def test_net_force_is_five_kalman_filters() -> None:
 
 def test_held_forces_are_level_and_slope_filters() -> None:
     level, slope, f_W = np.random.default_rng(3).normal(size=(3, 5, 3))
-    size = np.sqrt((f_W * f_W).sum(axis=1))
-    now, rate, total = held_force(level, slope, f_W, size, 0.1, 0.05, 0.6, 0.2)
+    firm = np.array([True, False, True, True, False])
+    now, rate, total = held_force(level, slope, f_W, firm, 0.1, 0.6, 0.2)
     z = f_W - level - slope
     np.testing.assert_allclose(now, level + slope + 0.6 * z, atol=ROUNDING)
     np.testing.assert_allclose(rate, slope + 0.2 * z, atol=ROUNDING)
-    assert total == pytest.approx(((z * z).sum(axis=1) / (0.1**2 + (0.05 * size) ** 2)).sum(), rel=1e-9)
+    assert total == pytest.approx((z[firm] ** 2).sum() / 0.1**2, rel=1e-9)
 
 
-def test_fingers_are_calm_while_two_press_and_none_lets_go() -> None:
-    force, none = np.outer([3.0, 0.1, 3.0, 0.0, 0.0], [0.0, 0.6, 0.8]), np.zeros(5, dtype=bool)
-    slow = np.array([3.0, 0.1, 3.0, 0.0, 0.0])
-    found = firmness(force, slow, none, force, 0.25, 1.5, 0.87)
-    assert found.pressing.tolist() == [True, False, True, False, False]
-    assert (found.number, found.same, found.calm) == (2, False, True)
+def test_fingers_that_press_little_or_let_go_are_loose() -> None:
+    force, none = np.outer([3.0, 0.1, 3.0, 0.5, 0.0], [0.0, 0.6, 0.8]), np.zeros(5)
+    slow = np.array([3.0, 0.1, 3.0, 0.5, 0.0])
+    landed = pressed(force, slow, none, force, 0.25, 1.5, 0.87, 0.06, 0.01)
+    np.testing.assert_allclose(landed.since, [0.01, 0.0, 0.01, 0.01, 0.0])
+    assert not landed.same
+    assert not landed.firm.any()
+    found = pressed(force, slow, 10.0 * landed.since, force, 0.25, 1.5, 0.87, 0.06, 0.01)
+    assert found.firm.tolist() == [True, False, True, False, False]
+    assert found.same
+    assert (landed.loose, found.loose) == pytest.approx((6.6, 0.6))
     np.testing.assert_allclose(found.size, slow, atol=ROUNDING)
     np.testing.assert_array_equal(found.f_W[1], np.zeros(3))
-    assert firmness(force, slow, found.pressing, force, 0.25, 1.5, 0.87).same
-    # one presses too little, one less than it did, and one alone
-    assert not firmness(0.4 * force, slow, none, force, 0.25, 1.5, 0.1).calm
-    assert not firmness(0.8 * force, slow, none, force, 0.25, 1.5, 0.87).calm
-    assert not firmness(force, slow, none, force * [[1.0], [0], [0], [0], [0]], 0.25, 1.5, 0.87).calm
+    # all press less than they did
+    assert not pressed(0.8 * force, slow, found.since, force, 0.25, 1.5, 0.87, 0.06, 0.01).firm.any()
 
 
 def test_load_on_the_tool_is_the_grasp_matrixs() -> None:

@@ -28,12 +28,14 @@ class Rig:
         self.state = self.block.init()
         self.rng = np.random.default_rng(self.seed)
 
-    def tick(self, extra: np.ndarray | float = 0.0, seen: tuple[np.ndarray, np.ndarray] | None = None) -> float:
+    def tick(
+        self, extra: np.ndarray | float = 0.0, seen: tuple[np.ndarray, np.ndarray] | None = None, moved: float = 0.0
+    ) -> float:
         """Signal of one tick, with forces added to what the squeezes and 5 N of thrust are."""
         held = self.squeeze > 0
         f_W = -self.squeeze[:, None] * N_W - np.outer(held, [0, 0, 5.0 / held.sum()]) + extra
         f_W = f_W + self.rng.normal(0.0, 0.03, (5, 3))
-        self.state, signal = self.block.update(self.state, f_W, C_W, N_W, np.zeros(3), seen, DT)
+        self.state, signal = self.block.update(self.state, f_W, C_W, N_W, np.zeros(3), seen, moved, DT)
         return signal
 
     def run(self, ticks: int) -> float:
@@ -79,8 +81,8 @@ def test_a_jerk_of_the_tool_is_seen_within_two_ticks(force: tuple[float, float, 
 def test_fingers_that_slip_against_each_other_are_seen_while_all_hold_firm(squeeze: np.ndarray) -> None:
     rig = Rig(squeeze=squeeze)
     rig.run(100)
-    # a newton that its opposite cancels, beside .1 N of ripple
-    inward = push(0, force=(1.0, 0.0, 0.0)) + push(2, force=(-1.0, 0.0, 0.0))
+    # three newtons that the opposite cancels, beside .3 N of ripple
+    inward = push(0, force=(3.0, 0.0, 0.0)) + push(2, force=(-3.0, 0.0, 0.0))
     assert max(rig.tick(inward), rig.tick(inward)) >= 1.0
 
 
@@ -128,3 +130,26 @@ def test_nothing_is_said_while_the_grip_builds_up() -> None:
     rig = Rig()
     rig.run(30)
     assert rig.tick(push(0, 2, force=(3.0, 0.0, 0.0))) == 0.0
+
+
+def test_motion_adds_to_what_forces_say_and_takes_nothing_away() -> None:
+    rig = Rig(squeeze=FOUR)
+    rig.run(100)
+    h = GOOD.threshold(DT)
+    # white noise alone leaves the CUSUMs at zero
+    assert rig.tick(moved=-10.0) == 0.0
+    assert rig.tick(moved=0.6 * h) == pytest.approx(0.6)
+    half = push(0, 1, 2, 3, force=(0.12, 0.0, 0.0))
+    forces = replace(rig), rig.state
+    alone = rig.tick(half)
+    rig.state = forces[1]
+    assert rig.tick(half, moved=h) >= 1.0 > alone
+
+
+def test_a_finger_that_lands_beside_firm_ones_jerks_them_by_no_more_than_it_presses() -> None:
+    rig = Rig()
+    rig.run(100)
+    rig.squeeze = np.array([4.0, 2.0, 4.0, 0, 0])
+    # what it brings is handed on to the others, half of it each
+    shared = push(0, 2, force=(0.0, 1.0, 0.0))
+    assert max(rig.tick(shared), rig.tick(shared)) < 1.0

@@ -27,7 +27,7 @@ from turnscrew.estimate.correction import Corrector
 from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.estimate.filter_state import HAND, THETA, FilterState, Prior, pose_covariance
 from turnscrew.estimate.finger_force import FingerForceState, ForceFromTorque
-from turnscrew.estimate.finger_slip import FingerSlip, FingerSlipState, moved_along
+from turnscrew.estimate.finger_slip import FingerSlip, FingerSlipState
 from turnscrew.estimate.handle_contacts import HandleContacts, capsules_of, handle_contacts
 from turnscrew.estimate.hung_force import HungForce
 from turnscrew.estimate.joint_smoothing import JointSmoother, JointState
@@ -36,6 +36,7 @@ from turnscrew.estimate.pose_refine import PoseRefiner, Refinement
 from turnscrew.estimate.readings import filled, is_pose
 from turnscrew.estimate.refine_step import refine
 from turnscrew.estimate.screw_angle import ScrewAngle
+from turnscrew.estimate.tip_motion import MotionState, TipMotion, astray
 from turnscrew.estimate.tip_slip import SlipState, TipSlip
 from turnscrew.estimate.tip_wrench import TipWrench
 from turnscrew.estimate.tool_filter import ToolFilter
@@ -100,6 +101,7 @@ class ToolEstimator:
         reference: What (6) stays close to.
         angle: Slot play.
         slip: Tests for a slip of the tip.
+        motion: What the fingers' motion says of one.
         fingers: Detector of fingers that slide.
         memory: How far back odometry is kept for frames that come late [s]; later ones are refused.
         correction_period: Longest time without a correction when no frame comes [s]: two periods of the camera.
@@ -123,6 +125,7 @@ class ToolEstimator:
     reference: Reference = Reference.FILTER
     angle: ScrewAngle = field(default_factory=ScrewAngle)
     slip: TipSlip = field(default_factory=TipSlip)
+    motion: TipMotion = field(default_factory=TipMotion)
     fingers: FingerSlip = field(default_factory=FingerSlip)
     memory: float = 0.1
     correction_period: float = 2.0 / 30.0
@@ -163,6 +166,7 @@ class ToolEstimator:
             angle=self.angle.init(yaw(R_WT)),
             wrench=self.wrench.init(),
             slip=self.slip.init(),
+            motion=self.motion.init(),
             fingers=self.fingers.init(),
         )
 
@@ -213,7 +217,7 @@ class ToolEstimator:
         # The tip follows the screw along its thread.
         dp = self.wrench.advance(spin) * f.R_WT[:, 2]
         omega_T = state.omega_T + dt / (self.rate_time + dt) * (f.R_WT.T @ dtheta / dt - state.omega_T)
-        fingers = self._fingers(state, tips, weight, dtheta, dp, dt)
+        fingers, motion = self._slides(state, tips, f_F, weight, dtheta, dp, dt)
         reach = tips.J[FINGERS.index("MF"), :3, :REACH]
         f = self.filter.predict(f, rolled, dp, float(omega_T[2]), reach, int(touch.touching.sum()) >= 2, dt)
         moved = replace(
@@ -233,18 +237,20 @@ class ToolEstimator:
             polished=state.polished.moved(dtheta, dp),
             omega_T=omega_T,
             fingers=fingers,
+            motion=motion,
         )
         return moved, spin
 
-    def _fingers(
-        self, state: EstimatorState, tips: Fingertips, level: Array, dtheta: Array, dp: Array, dt: float
-    ) -> FingerSlipState:
-        """Which fingers slide, for a tool that has turned by dtheta and whose tip has travelled by dp."""
-        f, axis = state.filter, state.filter.R_WT[:, 2]
-        moved = moved_along(state.tips, tips, state.contacts.tip_W, f.p_WT, dtheta, dp, axis)
-        anew = 1.0 - exp(-self.fingers.memory / self.filter.arm_time)
-        hand_sigma = sqrt(2.0 * anew * float(axis @ f.P[HAND, HAND] @ axis))
-        return self.fingers.update(state.fingers, moved, level, hand_sigma, dt)
+    def _slides(
+        self, state: EstimatorState, tips: Fingertips, f_F: Array, level: Array, dtheta: Array, dp: Array, dt: float
+    ) -> tuple[FingerSlipState, MotionState]:
+        """Which fingers slide, and whether the tip does, for a tool turned by dtheta and whose tip travelled by dp."""
+        f, c_W, axis = state.filter, state.contacts.tip_W, state.filter.R_WT[:, 2]
+        moved = astray(state.tips, tips, c_W, f.p_WT, dtheta, dp)
+        # of a reading now and one a memory ago
+        S = 2.0 * f.P[HAND, HAND] * (1.0 - exp(-self.fingers.memory / self.filter.arm_time))
+        fingers = self.fingers.update(state.fingers, moved @ axis, level, sqrt(float(axis @ S @ axis)), dt)
+        return fingers, self.motion.update(state.motion, tips, c_W, f_F, moved, f.p_WT, f.R_WT, S, dt)
 
     def _turned(self, state: EstimatorState, seen: Seen) -> FingerSlipState:
         """Whether the handle is seen to have turned back under the fingers."""
@@ -381,7 +387,9 @@ class ToolEstimator:
         seen = None
         if frame is not None and is_pose(frame) and _angle(frame.R_WT, state.filter.R_WT) < FLIP:
             seen = (frame.p_WT - p_WT)[:2], frame.P[:2, :2] + pose_covariance(state.filter.P)[:2, :2]
-        return self.slip.update(state.slip, f_W, state.contacts.c_W, state.contacts.n_W, p_WT, seen, dt)
+        return self.slip.update(
+            state.slip, f_W, state.contacts.c_W, state.contacts.n_W, p_WT, seen, state.motion.evidence, dt
+        )
 
 
 def _angle(R: Array, other: Array) -> float:

@@ -15,6 +15,7 @@ from turnscrew.estimate.hung_force import HungState
 from turnscrew.estimate.joint_smoothing import JointState
 from turnscrew.estimate.refine_step import Refined
 from turnscrew.estimate.screw_angle import AngleState
+from turnscrew.estimate.tip_motion import MotionState
 from turnscrew.estimate.tip_slip import SlipState
 from turnscrew.estimate.tip_wrench import WrenchState
 from turnscrew.estimate.trail import Pose, Trail
@@ -53,6 +54,7 @@ class EstimatorState:
         angle: The screw's angle.
         wrench: The tip wrench's filters.
         slip: The tests for a slip of the tip.
+        motion: What the fingers' motion says of one.
         fingers: The detector of fingers that slide.
     """
 
@@ -78,4 +80,5 @@ class EstimatorState:
     angle: AngleState
     wrench: WrenchState
     slip: SlipState
+    motion: MotionState
     fingers: FingerSlipState

@@ -35,16 +35,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import exp, log, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
-from turnscrew.geometry.rotations import cross
 from turnscrew.robot.joints import FINGERS
-
-if TYPE_CHECKING:
-    from turnscrew.robot.model import Fingertips
 
 K = len(FINGERS)
 
@@ -115,7 +110,7 @@ class FingerSlip:
 
         Args:
             state: Of the last tick.
-            moved: (5,) how far each fingertip has moved up the handle since the last tick; see `moved_along` [m].
+            moved: (5,) how far each fingertip has moved up the handle since the last tick; see `tip_motion.astray` [m].
             level: (5,) force of each [N].
             hand_sigma: sigma_h, by how much the hand is read to have moved within `memory` and has not [m].
             dt: Time since the last tick [s].
@@ -156,22 +151,3 @@ class FingerSlip:
         around = max(state.around, radius * back)
         slid = np.where(state.held > self.fresh, np.maximum(state.slid, around), 0.0)
         return replace(state, g=g, around=around, slid=slid)
-
-
-def moved_along(
-    before: Fingertips, after: Fingertips, c_W: Array, p_WT: Array, dtheta: Array, dp: Array, axis: Array
-) -> Array:
-    """How far each fingertip has moved up the handle: `z . (d - dp - dtheta x (c - p))`, (5,) [m].
-
-    Args:
-        before: Fingertips at the last tick.
-        after: Fingertips now, with the same encoder offsets removed.
-        c_W: (5, 3) contact points at the last tick, in W [m].
-        p_WT: (3,) tip position then, in W [m].
-        dtheta: (3,) rotation of the tool since then, in W [rad].
-        dp: (3,) travel of its tip since then, in W [m].
-        axis: (3,) z of T in W.
-    """
-    turn = after.R_WF @ before.R_WF.transpose(0, 2, 1)
-    d = after.p_WF + (turn @ (c_W - before.p_WF)[:, :, None])[:, :, 0] - c_W - dp
-    return np.asarray(d @ axis - (c_W - p_WT) @ cross(axis, dtheta))

@@ -1,4 +1,4 @@
-"""One tick of the tests for a slip of the tip, compiled: which fingers hold firm, the net force, the held forces."""
+"""One tick of the tests for a slip of the tip, compiled: how fingers press, the net force, the held forces."""
 
 from __future__ import annotations
 
@@ -11,54 +11,58 @@ from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.geometry.compiled import compiled
 
 
-class Firmness(NamedTuple):
+class Press(NamedTuple):
     """How the fingers press.
 
     Attributes:
-        pressing: (5,) which do.
+        since: (5,) time for which each has pressed [s]; zero of those that do not.
         f_W: (5, 3) forces of those, in W [N]; zero of the others.
         size: (5,) size of each force, pressing or not [N].
-        number: How many press.
         same: Whether the same ones as at the last tick.
-        calm: Whether two or more pressed, none too little and none less than it did.
+        firm: (5,) which hold firm.
+        loose: What the others press with, all together [N]: no more can the tool's jerk be that they let go.
     """
 
-    pressing: Flags
+    since: Array
     f_W: Array
     size: Array
-    number: int
     same: bool
-    calm: bool
+    firm: Flags
+    loose: float
 
 
 @compiled
-def firmness(
-    level: Array, slow: Array, pressed: Flags, f_W: Array, press: float, firm: float, letting_go: float
-) -> Firmness:
+def pressed(
+    level: Array, slow: Array, since: Array, f_W: Array, press: float, firm: float, letting_go: float, quiet: float,
+    dt: float,
+) -> Press:  # fmt: skip
     """How the fingers press now.
 
     Args:
         level: (5, 3) smoothed forces at the last tick, in W [N].
         slow: (5,) slowly smoothed sizes of the forces then [N].
-        pressed: (5,) which fingers pressed then.
+        since: (5,) time for which each had pressed [s].
         f_W: (5, 3) forces now, in W [N].
         press: Force above which a finger presses [N].
         firm: Force below which it does not hold firm [N].
         letting_go: Share of `slow` below which it is letting go.
+        quiet: Time for which a finger that has landed is not firm yet [s].
+        dt: Time since the last tick [s].
     """
-    pressing, force, size = pressed.copy(), np.zeros(f_W.shape), np.empty(len(slow))
-    same, calm, count = True, True, 0
+    since, holds, force, same = since.copy(), since > quiet, np.zeros(f_W.shape), True
+    size, loose = np.empty(len(slow)), 0.0
     for i in range(len(slow)):
         size[i] = sqrt(f_W[i, 0] ** 2 + f_W[i, 1] ** 2 + f_W[i, 2] ** 2)
-        pressing[i] = size[i] > press
-        same = same and pressing[i] == pressed[i]
-        if pressing[i]:
-            count += 1
-            held = sqrt(level[i, 0] ** 2 + level[i, 1] ** 2 + level[i, 2] ** 2)
-            calm = calm and held > max(firm, letting_go * slow[i])
+        same = same and (size[i] > press) == (since[i] > 0.0)
+        since[i] = since[i] + dt if size[i] > press else 0.0
+        held = sqrt(level[i, 0] ** 2 + level[i, 1] ** 2 + level[i, 2] ** 2)
+        holds[i] = holds[i] and since[i] > 0.0 and held > max(firm, letting_go * slow[i])
+        if not holds[i]:
+            loose += max(size[i], held)
+        if since[i] > 0.0:
             for j in range(3):
                 force[i, j] = f_W[i, j]
-    return Firmness(pressing, force, size, count, same, calm and count >= 2)
+    return Press(since, force, size, same, holds, loose)
 
 
 @compiled
@@ -141,30 +145,29 @@ def net_force(
 
 @compiled
 def held_force(
-    level: Array, slope: Array, f_W: Array, size: Array, ripple: float, wander: float, a: float, b: float
-) -> tuple[Array, Array, float]:
+    level: Array, slope: Array, f_W: Array, firm: Flags, ripple: float, a: float, b: float
+) -> tuple[Array, Array, float]:  # fmt: skip
     """Trend of each finger's force.
 
     Args:
         level: (5, 3) smoothed forces before, in W [N].
         slope: (5, 3) their change a tick [N].
         f_W: (5, 3) forces now [N].
-        size: (5,) their sizes [N].
+        firm: (5,) which fingers hold firm.
         ripple: Standard deviation of a held finger's force about its trend [N].
-        wander: And what it wanders by, over its size.
         a: Gain of the level,
         b: and of the slope.
 
     Returns:
-        Level and slope now, and the sum of the squared normalised innovations.
+        Level and slope now, and the sum of the firm ones' squared normalised innovations.
     """
     level, slope, total = level.copy(), slope.copy(), 0.0
-    for i in range(len(size)):
-        S = ripple**2 + (wander * size[i]) ** 2
+    for i in range(len(f_W)):
         for j in range(3):
             level[i, j] += slope[i, j]
             innovation = f_W[i, j] - level[i, j]
-            total += innovation * innovation / S
+            if firm[i]:
+                total += (innovation / ripple) ** 2
             level[i, j] += a * innovation
             slope[i, j] += b * innovation
     return level, slope, total

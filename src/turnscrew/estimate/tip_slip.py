@@ -1,4 +1,4 @@
-"""Has the tip slipped?  Three sequential tests of what a tip at rest in its drive excludes.
+"""Has the tip slipped?  Forces, camera and motion are asked what a tip at rest in its drive excludes.
 
 The estimation assumes a tip without acceleration (III-B), so its poses and wrenches cannot show a slip; what shows it
 is that the readings stop to agree with each other.  A tip that skids by a millimetre does so within some 20 ms, and
@@ -8,32 +8,35 @@ jerks the tool in the fingers:
   torque, and a lateral force or a loss of axial force beyond what the friction of blade and slot passes on is no
   tip at rest either.  The errors of fingertip readings jump as well, when squeezes change: they are learned, and
   what is left of them counts as noise.
-- **grip**: while all fingers that press hold firm, their forces change smoothly.  While some touch or let go they do
-  not: fingers that are taken off slide first, by jerks of 3 N that cancel each other.
+- **grip**: fingers that hold firm press smoothly.  Those that touch or let go do not, and jerk the tool by no more
+  than what they press with.
 - **seen**: the camera sees the tip leave the place where it has seen it so far.  It takes a camera of half a
   millimetre; one of 3 mm tells nothing in a tenth of a second.
+- **moved**: the fingers move as by a tip that is displaced; see `TipMotion`.  It tells where many fingers hold the
+  tool so firmly that nothing jerks.
 
-Each test is a CUSUM (Page, 1954) of the likelihood ratio of innovations y with covariance S against `inflation^2 S`,
+The first three are CUSUMs (Page, 1954) of the likelihood ratio of innovations y with covariance S against
+`inflation^2 S`,
 
     g <- max(0, g + (1 - inflation^-2) y' S^-1 y / 2 - m log(inflation)),       m the size of y.
 
-Without slips, Wald's bound gives a mean time between alarms of `period exp(h)` at least, whence the threshold h.
+Without slips, Wald's bound gives a mean time between alarms of `period exp(h)` at least, whence the threshold h.  The
+log-likelihood ratio of the motion, which is independent of them, is added to the largest of these where it speaks for
+a slip; where it speaks against one, it may be fingers that slide.
 
-Paper: no counterpart; its no-slip assumptions dv_x = dv_y = 0 of III-B are what is tested.  The rolling odometry is
-not: fingers on a line turn with a tool that tilts about that line without any trace, and across it a millimetre at the
-tip moves contacts by .1 mm, no more than the encoders' noise.
+Paper: no counterpart; its no-slip assumptions dv_x = dv_y = 0 of III-B are what is tested.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import exp, inf, log, sqrt
+from math import exp, hypot, inf, log
 
 import numpy as np
 
 from turnscrew.estimate.biased_load import DIRECTION_SHARE
-from turnscrew.estimate.slip_steps import firmness, held_force, net_force
-from turnscrew.geometry.arrays import Array, Flags
+from turnscrew.estimate.slip_steps import held_force, net_force, pressed
+from turnscrew.geometry.arrays import Array
 from turnscrew.robot.joints import FINGERS
 
 K = len(FINGERS)
@@ -52,8 +55,7 @@ class SlipState:
         slope: (5, 3) its change a tick [N].
         slow: (5,) slowly smoothed size of each force [N].
         changed: Time since the set of pressing fingers changed [s].
-        calm: Time since a finger changed so, pressed too little or let go [s].
-        pressing: (5,) which fingers press.
+        since: (5,) time for which each finger has pressed [s].
         place: (2,) where the camera has seen the tip so far, less where the filter has it [m]; NaN before a frame.
         g: (3,) the CUSUMs: net, grip, seen.
         age: Time since the start [s].
@@ -65,8 +67,7 @@ class SlipState:
     slope: Array
     slow: Array
     changed: float
-    calm: float
-    pressing: Flags
+    since: Array
     place: Array
     g: Array
     age: float
@@ -74,7 +75,7 @@ class SlipState:
 
 @dataclass(frozen=True, slots=True)
 class TipSlip:
-    """Parameters of the three tests.
+    """Parameters of the tests.
 
     Attributes:
         direction_error: Bound of the readings' error in direction [rad].
@@ -86,20 +87,21 @@ class TipSlip:
         force_walk: What the tip's force may change by in a tick without slip [N]: found by trial, what fingers that
             touch and slide pass this on.
         torque_walk: The same of the torque about the tip [N.m]: what .06 N at the handle's height make.
-        stir: How much more it may change by while fingers have just touched or let go: found by trial, 2 to 4 do.
+        stir: How much more forces may change by while fingers have just touched or let go: found by trial, 2 to 4 do.
         jump_error: Error that a jump of a squeeze brings with it, over the jump, beside what its direction error
             brings: .03 + sigma / 4, found by trial: a finger that slides turns its force, too.
         height: Of the contacts above the tip [m].
-        ripple: Standard deviation of a held finger's force about its trend [N]: .1, twice what noise alone makes.
-        follow: Gains of the trend's level and slope: it follows a squeeze that begins to ramp within three ticks, found
-            by trial; (.3, .05) lags behind ramps and alarms there.
-        quiet: Time for which a finger that touches or lets go shakes the tool [s], and after which the others hold
-            firm: found by trial; .04 raises false alarms.
-        press: Reading above which a finger presses [N]: 7 sigma of its noise.
+        ripple: Standard deviation of a held finger's force about its trend [N]: commands that hurry move it so, at four
+            times the usual pace; a tip that slips, by newtons.
         firm: Force below which a finger does not hold firm [N]: a third of the lightest squeeze.
         letting_go: Share of its mean over `slow_time` below which a force tells that the finger lets go: a squeeze
             taken off in .2 s falls there in 40 ms, long before it slides; noise and fades of the load stay above.
         slow_time: Time constant of that mean [s].
+        follow: Gains of the trend's level and slope: it follows a squeeze that begins to ramp within three ticks.
+        quiet: Time for which a finger that touches or lets go shakes the tool [s], and until
+            which one that has landed is not firm: found by trial; .04 raises false
+            alarms.
+        press: Reading above which a finger presses [N]: 7 sigma of its noise.
         start: Time until the grip has been built up [s].
         jump: Share of a new frame in the place seen so far: a memory of 20 frames.
     """
@@ -114,13 +116,13 @@ class TipSlip:
     stir: float = 3.0
     jump_error: float = 0.03
     height: float = 0.125
-    ripple: float = 0.1
-    follow: tuple[float, float] = (0.6, 0.2)
-    quiet: float = 0.06
-    press: float = 0.25
+    ripple: float = 0.3
     firm: float = 1.5
     letting_go: float = 0.87
     slow_time: float = 0.12
+    follow: tuple[float, float] = (0.6, 0.2)
+    quiet: float = 0.06
+    press: float = 0.25
     start: float = 0.6
     jump: float = 0.05
 
@@ -129,9 +131,8 @@ class TipSlip:
         x, P = np.zeros((NET, 1 + K)), np.zeros((NET, 1 + K, 1 + K))
         P[:, BIASED, BIASED] = self._sigma**2 * np.eye(K)
         P[:3, 0, 0], P[3:, 0, 0] = 25.0, 1.0
-        none = np.zeros(K, dtype=bool)
-        still = np.zeros((K, 3))
-        return SlipState(x, P, still, still, np.zeros(K), 0.0, 0.0, none, np.full(2, np.nan), np.zeros(3), 0.0)
+        still, none = np.zeros((K, 3)), np.zeros(K)
+        return SlipState(x, P, still, still, none, 0.0, none, np.full(2, np.nan), np.zeros(3), 0.0)
 
     def update(
         self,
@@ -141,6 +142,7 @@ class TipSlip:
         n_W: Array,
         p_WT: Array,
         seen: tuple[Array, Array] | None,
+        moved: float,
         dt: float,
     ) -> tuple[SlipState, float]:
         """Take in one tick.
@@ -153,30 +155,32 @@ class TipSlip:
             p_WT: (3,) tip position, in W [m].
             seen: If a frame came: (2,) where it has the tip less where the filter has it, in W [m], and the (2, 2)
                 covariance of that.
+            moved: Log-likelihood ratio of a slip by the fingers' motion.
             dt: Time since the last tick [s].
 
         Returns:
-            The new state, and the signal: the largest CUSUM over its threshold, so that 1 is an alarm.
+            The new state, and the signal: the evidence over the threshold, so that 1 is an alarm.
         """
-        firm = firmness(state.level, state.slow, state.pressing, f_W, self.press, self.firm, self.letting_go)
-        pressing, f_W, same = firm.pressing, firm.f_W, firm.same
-        changed = state.changed + dt if same else 0.0
-        calm = state.calm + dt if same and firm.calm else 0.0
-        x, P, net = self._net(state, f_W, c_W - p_WT, n_W, self.stir if changed < self.quiet else 1.0, dt)
-        wander = self._sigma * sqrt(2.0 * dt / self.memory)
-        level, slope, grip = held_force(state.level, state.slope, f_W, firm.size, self.ripple, wander, *self.follow)
+        now = pressed(
+            state.level, state.slow, state.since, f_W, self.press, self.firm, self.letting_go, self.quiet, dt
+        )  # fmt: skip
+        changed = state.changed + dt if now.same else 0.0
+        stir = self.stir if changed < self.quiet else 1.0
+        x, P, net = self._net(state, now.f_W, c_W - p_WT, n_W, stir, dt)
+        ripple = hypot(self.ripple, now.loose)
+        level, slope, grip = held_force(state.level, state.slope, now.f_W, now.firm, ripple, *self.follow)
         place, eye = self._seen(state, seen)
         age = state.age + dt
         gains = (
             self._ratio(net, NET),
-            self._ratio(grip, 3 * firm.number) if calm >= self.quiet else -inf,
+            self._ratio(grip, 3 * int(now.firm.sum())) if now.firm.sum() >= 2 else -inf,
             0.0 if eye is None else self._ratio(eye, 2),
         )
         begun = age > self.start
         g = np.array([max(before + gain, 0.0) * begun for before, gain in zip(state.g.tolist(), gains, strict=True)])
-        signal = float(g.max()) / self.threshold(dt)
-        slow = state.slow + dt / (self.slow_time + dt) * (firm.size - state.slow)
-        return SlipState(x, P, level, slope, slow, changed, calm, pressing, place, g, age), signal
+        signal = (float(g.max()) + max(moved, 0.0) * begun) / self.threshold(dt)
+        slow = state.slow + dt / (self.slow_time + dt) * (now.size - state.slow)
+        return SlipState(x, P, level, slope, slow, changed, now.since, place, g, age), signal
 
     @property
     def _sigma(self) -> float:
@@ -184,7 +188,7 @@ class TipSlip:
         return DIRECTION_SHARE * self.direction_error
 
     def threshold(self, dt: float) -> float:
-        """h: three tests share the alarms, and each has one tick's chance every dt."""
+        """h: forces, camera and motion share the alarms, and each has one tick's chance every dt."""
         return log(3.0 * self.alarm_period / dt)
 
     def _ratio(self, squared: float, size: int) -> float:

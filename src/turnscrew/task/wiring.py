@@ -29,6 +29,7 @@ from turnscrew.estimate.pose_refine import PoseRefiner
 from turnscrew.estimate.pose_solution import PoseSolver
 from turnscrew.estimate.pose_sqp import SqpSolver
 from turnscrew.estimate.screw_angle import ScrewAngle
+from turnscrew.estimate.tip_motion import TipMotion
 from turnscrew.estimate.tip_slip import TipSlip
 from turnscrew.estimate.tip_wrench import TipWrench
 from turnscrew.estimate.tool_filter import ToolFilter
@@ -56,7 +57,7 @@ GAUGED_TOUCH = TouchDetector(on=1.2, off=0.7, time=0.015)
 """Touches by strain gauges: a free finger that moves reads up to 1 N, since a seventh of its damping torque goes
 unseen; with thresholds of .8 and .5 N a guarded approach stops in free air in two of eight runs."""
 
-GAUGED_SLIP = TipSlip(noise=0.15, ripple=0.25, force_walk=0.3, torque_walk=0.03, jump_error=0.15, quiet=0.12)
+GAUGED_SLIP = TipSlip(noise=0.15, force_walk=0.3, torque_walk=0.03, jump_error=0.15, quiet=0.12)
 """Slips by strain gauges, whose forces also hold what moving fingers leave, and come 25 ms late: fingers that let go
 shake them twice as long.  Found by trial: five runs of five rounds stay below four tenths of an alarm; with the .06 s
 of fingertip sensors each of them raises one."""
@@ -200,6 +201,7 @@ def build_estimator(
         p_WS=plan.p_WS,
         wrench=build_wrench(scenario, inertia),
         slip=build_slip(scenario),
+        motion=TipMotion(encoder=0.5 * scenario.sense.encoder_noise),
         forces=forces,
         touch=touch,
         joints=THROUGH if torque else JointSmoother(),

@@ -1,0 +1,154 @@
+"""The test for a slip of the tip by the fingers' motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+from turnscrew.estimate.motion_steps import displaced, evidence
+from turnscrew.estimate.tip_motion import HAND_JOINTS, TipMotion
+from turnscrew.geometry.rotations import skew
+from turnscrew.robot.model import Fingertips
+
+DT, HEIGHT, RADIUS = 0.01, 0.125, 0.018
+ANGLES = np.radians([180.0, 90.0, 0.0, -90.0, 45.0])
+C_W = RADIUS * np.column_stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros(5)]) + [0, 0, HEIGHT]
+TWO, FOUR = np.array([4.0, 0, 4.0, 0, 0]), np.array([4.0, 4.0, 4.0, 4.0, 0])
+BLOCK, P_WT, STILL = TipMotion(), np.zeros(3), np.zeros((3, 3))
+
+
+def jacobians() -> np.ndarray:
+    """Each finger with three joints of its own, 30 mm from its contact, that move it along x, y and z."""
+    J = np.zeros((5, 6, 28))
+    for i in range(5):
+        for j in range(3):
+            J[i, j, HAND_JOINTS + 3 * i + j] = 0.03
+    return J
+
+
+@dataclass
+class Rig:
+    """Fingertips on a handle, read with the encoders' noise."""
+
+    squeeze: np.ndarray = field(default_factory=lambda: FOUR.copy())
+    S_hand: np.ndarray = field(default_factory=lambda: STILL)
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        self.state, self.rng = BLOCK.init(), np.random.default_rng(self.seed)
+        self.tips = Fingertips(C_W, np.tile(np.eye(3), (5, 1, 1)), jacobians(), np.full(5, 0.007), np.zeros(5))
+        self.read = np.zeros((5, 3))
+
+    def tick(self, moved: np.ndarray | float = 0.0) -> float:
+        """Evidence after a tick in which the contacts have moved so."""
+        read = self.rng.normal(0.0, 0.03 * BLOCK.encoder, (5, 3))
+        f_F = self.squeeze[:, None] * [0.0, 0.0, 1.0]
+        self.state = BLOCK.update(
+            self.state, self.tips, C_W, f_F, moved + read - self.read, P_WT, np.eye(3), self.S_hand, DT
+        )
+        self.read = read
+        return self.state.evidence
+
+    def run(self, ticks: int) -> float:
+        return max(self.tick() for _ in range(ticks))
+
+
+def slip(t: tuple[float, float]) -> np.ndarray:
+    """How contacts move when the tip is displaced by t and the tool tilts about their middle."""
+    d = np.array([*t, 0.0])
+    turn = np.array([t[1], -t[0], 0.0]) / HEIGHT
+    return np.asarray(d + np.cross(turn, C_W))
+
+
+def test_encoders_noise_alone_says_nothing() -> None:
+    # a minute of ticks; the alarm is at twelve or so
+    assert Rig().run(6000) < 6.0
+
+
+@pytest.mark.parametrize("t", [(0.001, 0.0), (-0.0015, 0.0), (0.0007, 0.0007)])
+def test_a_slip_of_a_millimetre_shows_with_four_fingers(t: tuple[float, float]) -> None:
+    rig = Rig()
+    rig.run(50)
+    # contacts go up and down by .14 mm, beside .02 mm of noise and as much that no encoder tells
+    assert rig.tick(slip(t)) > 12.8
+
+
+def test_two_fingers_tell_along_their_line_alone() -> None:
+    along, across = Rig(squeeze=TWO), Rig(squeeze=TWO)
+    along.run(50)
+    across.run(50)
+    assert along.tick(slip((0.0015, 0.0))) > 12.8
+    # a tool that tilts about the line of two fingers moves neither
+    assert across.tick(slip((0.0, 0.0015))) < 3.0
+
+
+def test_a_hand_that_moves_as_a_whole_is_no_slip_of_the_tip() -> None:
+    doubtful = Rig(S_hand=0.0005**2 * np.eye(3))
+    doubtful.run(50)
+    # half a millimetre that the arm's encoders may have made up, and the same along z
+    assert doubtful.tick(np.full((5, 3), 0.0005)) < 1.0
+
+
+def test_a_finger_that_slides_is_no_slip_of_the_tip() -> None:
+    rig = Rig()
+    rig.run(50)
+    # one of four, down by .4 mm: no rigid tool moves so, and what is left of the fit makes all doubtful
+    assert rig.tick(np.outer(np.eye(5)[0], [0.0, 0.0, -0.0004])) < 6.0
+    going = Rig()
+    going.run(50)
+    for share in (0.8, 0.5, 0.4):
+        going.squeeze = FOUR * [share, 1.0, 1.0, 1.0, 1.0]
+        found = going.tick(np.outer(np.eye(5)[0], [0.0, 0.0, -0.0004]) * (share < 0.6))
+    # it lets go before it slides, and is not asked then
+    assert found < 1.0
+
+
+def test_a_slip_is_forgotten() -> None:
+    rig = Rig()
+    rig.run(50)
+    first = rig.tick(slip((0.001, 0.0)))
+    # after five memories exp(-5) is left of it
+    rig.run(100)
+    assert rig.state.evidence < 0.0 < first
+
+
+def test_displacement_is_a_weighted_least_squares() -> None:
+    rng = np.random.default_rng(1)
+    way, J = 1e-4 * rng.normal(size=(5, 3)), rng.normal(size=(5, 6, 28))
+    held, p_WF, encoder, floor = np.array([1.0, 0.0, 0.5, 0.3, 0.0]), C_W + 0.01 * rng.normal(size=(5, 3)), 4e-4, 2e-5
+    found = displaced(way, held, C_W, p_WF, J, P_WT, HAND_JOINTS, encoder, floor, 5e-4, 0.02, 0.02, DT)
+    N, g, square = np.diag([0.0, 0.0, 5e-4**-2, *[0.02**-2] * 3]), np.zeros(6), 0.0
+    for i in (0, 2, 3):
+        point = (J[i, :3] - skew(C_W[i] - p_WF[i]) @ J[i, 3:])[:, HAND_JOINTS:]
+        W = np.linalg.inv(encoder**2 * (1.0 + DT / held[i]) * point @ point.T + floor**2 * np.eye(3))
+        B = np.hstack([np.eye(3), -skew(C_W[i])])
+        N, g, square = N + B.T @ W @ B, g + B.T @ W @ way[i], square + float(way[i] @ W @ way[i])
+    x = np.linalg.solve(N, g)
+    # the matrix's condition is 1e8 or so
+    np.testing.assert_allclose(found.d, x[:2], rtol=1e-6)
+    np.testing.assert_allclose(found.S, np.linalg.inv(N)[:2, :2], rtol=1e-6)
+    assert found.misfit == pytest.approx((square - g @ x) / 4, rel=1e-6)
+    assert found.number == 3
+
+
+def test_evidence_is_a_ratio_of_two_gaussians() -> None:
+    d, S, along = np.array([0.4, -0.3]), np.array([[0.2, 0.05], [0.05, 0.3]]), np.array([0.6, 0.8])
+    T = S + 0.25 * np.eye(2) + (4.0 - 0.25) * np.outer(along, along)
+
+    def log_density(C: np.ndarray) -> float:
+        return float(-0.5 * (d @ np.linalg.solve(C, d) + np.log(np.linalg.det(C))))
+
+    # rounding; a direction that is not of unit length is taken as one
+    assert evidence(d, S, 3.0 * along, 2.0, 0.5) == pytest.approx(log_density(T) - log_density(S), rel=1e-12)
+
+
+def test_a_rougher_encoder_says_less() -> None:
+    rough, rig = replace(BLOCK, encoder=4.0 * BLOCK.encoder), Rig()
+    rig.run(50)
+    before, moved = rig.state, slip((0.001, 0.0))
+    f_F = rig.squeeze[:, None] * [0.0, 0.0, 1.0]
+    sharp = BLOCK.update(before, rig.tips, C_W, f_F, moved, P_WT, np.eye(3), STILL, DT)
+    blunt = rough.update(before, rig.tips, C_W, f_F, moved, P_WT, np.eye(3), STILL, DT)
+    assert blunt.evidence < 0.5 * sharp.evidence
