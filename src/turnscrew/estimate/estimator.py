@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from math import exp, sqrt
 from time import thread_time
 from typing import TYPE_CHECKING
 
@@ -25,36 +24,29 @@ import numpy as np
 from turnscrew.estimate.contacts import TouchDetector
 from turnscrew.estimate.correction import Corrector
 from turnscrew.estimate.estimator_state import EstimatorState
-from turnscrew.estimate.filter_state import HAND, THETA, FilterState, Prior, pose_covariance
+from turnscrew.estimate.filter_state import FilterState, Prior, pose_covariance
 from turnscrew.estimate.finger_force import FingerForceState, ForceFromTorque
-from turnscrew.estimate.finger_slip import FingerSlip, FingerSlipState
 from turnscrew.estimate.handle_contacts import HandleContacts, capsules_of, handle_contacts
 from turnscrew.estimate.hung_force import HungForce
 from turnscrew.estimate.joint_smoothing import JointSmoother, JointState
 from turnscrew.estimate.odometry import RollingOdometry
 from turnscrew.estimate.pose_refine import PoseRefiner, Refinement
-from turnscrew.estimate.readings import filled, is_pose
+from turnscrew.estimate.readings import filled
 from turnscrew.estimate.refine_step import refine
 from turnscrew.estimate.screw_angle import ScrewAngle
-from turnscrew.estimate.tip_motion import MotionState, TipMotion, astray
-from turnscrew.estimate.tip_slip import SlipState, TipSlip
+from turnscrew.estimate.slips import Slips
 from turnscrew.estimate.tip_wrench import TipWrench
 from turnscrew.estimate.tool_filter import ToolFilter
-from turnscrew.estimate.trail import Pose, Seen, Trail
+from turnscrew.estimate.trail import Pose, Trail
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.euler import yaw
 from turnscrew.geometry.profiles import Capsule
-from turnscrew.geometry.rotations import log_so3
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
 from turnscrew.robot.joints import ARM, FINGERS, WRIST
 from turnscrew.signals import Estimate, Measurement
 
 if TYPE_CHECKING:
     from turnscrew.robot.model import Fingertips
-
-FLIP = np.deg2rad(15.0)
-"""A frame that is turned by more tells nothing of the tip [rad]: a slip of 5 mm tilts a tool held 125 mm above it by
-2.3 deg, a synthetic camera errs by 3 deg an axis, a flipped marker by 30."""
 
 NO_CONTACT = "no contact"
 """Status while no frame has been refined, or the last had no fingertip in contact: III-A has nothing to work with."""
@@ -100,9 +92,7 @@ class ToolEstimator:
         refiner: III-A, or None where the filter's pose is handed on as it is.
         reference: What (6) stays close to.
         angle: Slot play.
-        slip: Tests for a slip of the tip.
-        motion: What the fingers' motion says of one.
-        fingers: Detector of fingers that slide.
+        slips: Detectors of fingers that slide, and of slips of the tip.
         memory: How far back odometry is kept for frames that come late [s]; later ones are refused.
         correction_period: Longest time without a correction when no frame comes [s]: two periods of the camera.
         rate_time: Time constant of the tool's angular velocity [s]: encoder noise of .05 deg makes .15 deg of yaw,
@@ -124,9 +114,7 @@ class ToolEstimator:
     refiner: PoseRefiner | None = field(default_factory=PoseRefiner)
     reference: Reference = Reference.FILTER
     angle: ScrewAngle = field(default_factory=ScrewAngle)
-    slip: TipSlip = field(default_factory=TipSlip)
-    motion: TipMotion = field(default_factory=TipMotion)
-    fingers: FingerSlip = field(default_factory=FingerSlip)
+    slips: Slips = field(default_factory=Slips)
     memory: float = 0.1
     correction_period: float = 2.0 / 30.0
     rate_time: float = 0.05
@@ -165,9 +153,7 @@ class ToolEstimator:
             omega_T=np.zeros(3),
             angle=self.angle.init(yaw(R_WT)),
             wrench=self.wrench.init(),
-            slip=self.slip.init(),
-            motion=self.motion.init(),
-            fingers=self.fingers.init(),
+            slips=self.slips.init(),
         )
 
     def update(
@@ -217,7 +203,9 @@ class ToolEstimator:
         # The tip follows the screw along its thread.
         dp = self.wrench.advance(spin) * f.R_WT[:, 2]
         omega_T = state.omega_T + dt / (self.rate_time + dt) * (f.R_WT.T @ dtheta / dt - state.omega_T)
-        fingers, motion = self._slides(state, tips, f_F, weight, dtheta, dp, dt)
+        slips = self.slips.rolled(
+            state.slips, f, state.tips, tips, near.tip_W, f_F, weight, dtheta, dp, self.filter.arm_time, dt
+        )
         reach = tips.J[FINGERS.index("MF"), :3, :REACH]
         f = self.filter.predict(f, rolled, dp, float(omega_T[2]), reach, int(touch.touching.sum()) >= 2, dt)
         moved = replace(
@@ -236,31 +224,9 @@ class ToolEstimator:
             seen=state.seen.moved(dtheta, dp),
             polished=state.polished.moved(dtheta, dp),
             omega_T=omega_T,
-            fingers=fingers,
-            motion=motion,
+            slips=slips,
         )
         return moved, spin
-
-    def _slides(
-        self, state: EstimatorState, tips: Fingertips, f_F: Array, level: Array, dtheta: Array, dp: Array, dt: float
-    ) -> tuple[FingerSlipState, MotionState]:
-        """Which fingers slide, and whether the tip does, for a tool turned by dtheta and whose tip travelled by dp."""
-        f, c_W, axis = state.filter, state.contacts.tip_W, state.filter.R_WT[:, 2]
-        moved = astray(state.tips, tips, c_W, f.p_WT, dtheta, dp)
-        # of a reading now and one a memory ago
-        S = 2.0 * f.P[HAND, HAND] * (1.0 - exp(-self.fingers.memory / self.filter.arm_time))
-        fingers = self.fingers.update(state.fingers, moved @ axis, level, sqrt(float(axis @ S @ axis)), dt)
-        return fingers, self.motion.update(state.motion, tips, c_W, f_F, moved, f.p_WT, f.R_WT, S, dt)
-
-    def _turned(self, state: EstimatorState, seen: Seen) -> FingerSlipState:
-        """Whether the handle is seen to have turned back under the fingers."""
-        f, axis = state.filter, state.filter.R_WT[:, 2]
-        turn = log_so3(seen.pose.R_WT @ f.R_WT.T)
-        back = float(axis @ turn)
-        if float(turn @ turn) - back * back > FLIP * FLIP:
-            return state.fingers
-        variance = float(axis @ (seen.P[3:, 3:] + f.P[THETA, THETA]) @ axis)
-        return self.fingers.seen(state.fingers, back, variance, self._radius(f))
 
     def _forces(
         self, state: EstimatorState, measurement: Measurement, tips: Fingertips, dt: float
@@ -291,7 +257,7 @@ class ToolEstimator:
         done = corrector.apply(
             state.filter, seen, said, state.tips, state.capsules, touch.pressing, touch.level, refused
         )
-        took = thread_time() - began
+        took, radius = thread_time() - began, self._radius(state.filter)
         tips = self.fingertips(measurement.q - done.state.joint_offset())
         state = replace(
             state,
@@ -299,7 +265,7 @@ class ToolEstimator:
             correction=done,
             correction_time=took,
             since_correction=0.0,
-            fingers=state.fingers if seen is None else self._turned(state, seen),
+            slips=state.slips if seen is None else self.slips.turned(state.slips, state.filter, seen, radius),
             tips=tips,
             contacts=self._contacts(done.state, tips, state.capsules),
             seen=state.seen if seen is None else seen.pose,
@@ -347,7 +313,7 @@ class ToolEstimator:
         f_W = state.touch.f_W * touching[:, None]
         F_h, squeeze = contacts.load(f_W, f.p_WT, R_WT)
         wrench, F_s = self.wrench.update(state.wrench, F_h, squeeze, radius, R_WT, nu, angle.theta, dt)
-        slip, tip_slip = self._slip(state, measurement, dt)
+        slips, tip_slip = self.slips.felt(state.slips, f, state.tips, contacts, state.f_F, measurement.vision, dt)
         estimate = Estimate(
             time=measurement.time,
             q=measurement.q - offset,
@@ -367,8 +333,8 @@ class ToolEstimator:
             F_s=F_s,
             stiffness=self.wrench.thread.stiffness(wrench.thread),
             tip_slip=tip_slip,
-            finger_slip=state.fingers.slid,
-            grip=state.fingers.grip,
+            finger_slip=slips.fingers.slid,
+            grip=slips.fingers.grip,
             hung=self.hung.hung(state.hung),
             P=pose_covariance(f.P),
             frame=self._verdict(state, measurement),
@@ -378,20 +344,4 @@ class ToolEstimator:
             p_WT_refined=state.polished.p_WT,
             R_WT_refined=state.polished.R_WT,
         )
-        return replace(state, angle=angle, wrench=wrench, slip=slip), estimate
-
-    def _slip(self, state: EstimatorState, measurement: Measurement, dt: float) -> tuple[SlipState, float]:
-        """Tests for a slip, on the readings as they come and on this tick's camera frame."""
-        f_W = (state.tips.R_WF @ state.f_F[:, :, None])[:, :, 0]
-        frame, p_WT = measurement.vision, state.filter.p_WT
-        seen = None
-        if frame is not None and is_pose(frame) and _angle(frame.R_WT, state.filter.R_WT) < FLIP:
-            seen = (frame.p_WT - p_WT)[:2], frame.P[:2, :2] + pose_covariance(state.filter.P)[:2, :2]
-        return self.slip.update(
-            state.slip, f_W, state.contacts.c_W, state.contacts.n_W, p_WT, seen, state.motion.evidence, dt
-        )
-
-
-def _angle(R: Array, other: Array) -> float:
-    """Angle between two orientations [rad]."""
-    return float(np.arccos(np.clip(0.5 * (np.trace(R.T @ other) - 1.0), -1.0, 1.0)))
+        return replace(state, angle=angle, wrench=wrench, slips=slips), estimate

@@ -9,14 +9,12 @@ from turnscrew.estimate.contacts import TouchState
 from turnscrew.estimate.correction import Correction
 from turnscrew.estimate.filter_state import FilterState
 from turnscrew.estimate.finger_force import FingerForceState
-from turnscrew.estimate.finger_slip import FingerSlipState
 from turnscrew.estimate.handle_contacts import HandleContacts
 from turnscrew.estimate.hung_force import HungState
 from turnscrew.estimate.joint_smoothing import JointState
 from turnscrew.estimate.refine_step import Refined
 from turnscrew.estimate.screw_angle import AngleState
-from turnscrew.estimate.tip_motion import MotionState
-from turnscrew.estimate.tip_slip import SlipState
+from turnscrew.estimate.slips import SlipsState
 from turnscrew.estimate.tip_wrench import WrenchState
 from turnscrew.estimate.trail import Pose, Trail
 from turnscrew.geometry.arrays import Array
@@ -53,9 +51,7 @@ class EstimatorState:
         omega_T: (3,) low-passed angular velocity of the tool, in T [rad/s].
         angle: The screw's angle.
         wrench: The tip wrench's filters.
-        slip: The tests for a slip of the tip.
-        motion: What the fingers' motion says of one.
-        fingers: The detector of fingers that slide.
+        slips: Of the detectors of slips.
     """
 
     read: Measurement
@@ -79,6 +75,4 @@ class EstimatorState:
     omega_T: Array
     angle: AngleState
     wrench: WrenchState
-    slip: SlipState
-    motion: MotionState
-    fingers: FingerSlipState
+    slips: SlipsState

@@ -29,6 +29,7 @@ from turnscrew.estimate.pose_refine import PoseRefiner
 from turnscrew.estimate.pose_solution import PoseSolver
 from turnscrew.estimate.pose_sqp import SqpSolver
 from turnscrew.estimate.screw_angle import ScrewAngle
+from turnscrew.estimate.slips import Slips
 from turnscrew.estimate.tip_motion import TipMotion
 from turnscrew.estimate.tip_slip import TipSlip
 from turnscrew.estimate.tip_wrench import TipWrench
@@ -200,8 +201,7 @@ def build_estimator(
         handle=Cylinder(believed_radius, tool.contact_height - half, tool.contact_height + half),
         p_WS=plan.p_WS,
         wrench=build_wrench(scenario, inertia),
-        slip=build_slip(scenario),
-        motion=TipMotion(encoder=0.5 * scenario.sense.encoder_noise),
+        slips=Slips(tip=build_slip(scenario), motion=TipMotion(encoder=0.5 * scenario.sense.encoder_noise)),
         forces=forces,
         touch=touch,
         joints=THROUGH if torque else JointSmoother(),

@@ -65,7 +65,7 @@ def slide(scenario: Scenario, kind: str, factor: float) -> FingerRun:
     run, seed = Run.begin(scenario), scenario.seed
     if kind == ONLY_WATCHES:
         deaf(run)
-    watch = FingerWatch(run.loop.blocks.estimator.fingers.threshold)
+    watch = FingerWatch(run.loop.blocks.estimator.slips.fingers.threshold)
     made: list[FingerMoment] = []
     with run.cell:
         if kind == QUIET:
@@ -92,5 +92,6 @@ def slide(scenario: Scenario, kind: str, factor: float) -> FingerRun:
 def deaf(run: Run) -> None:
     """Lets the robot trust a finger that slides as much as before."""
     blocks = run.loop.blocks
-    trusting = replace(blocks.estimator.fingers, lowered=1.0)
-    run.loop = replace(run.loop, blocks=replace(blocks, estimator=replace(blocks.estimator, fingers=trusting)))
+    slips = blocks.estimator.slips
+    trusting = replace(slips, fingers=replace(slips.fingers, lowered=1.0))
+    run.loop = replace(run.loop, blocks=replace(blocks, estimator=replace(blocks.estimator, slips=trusting)))
