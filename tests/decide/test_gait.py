@@ -123,13 +123,16 @@ def test_nobody_lets_go_before_the_others_have_touched():
 
 
 def test_a_roll_ends_before_a_joint_meets_its_limit():
-    state = replace(GAIT.init(), phase=Phase.ROLL, clock=0.5)
+    state = replace(GAIT.init(), phase=Phase.ROLL, clock=0.5, rolled=0.3)
     q = PLAN.rolling(0.3)
     q[finger_joints("MF")[0]] = ROBOT.limits[finger_joints("MF")[0], 0] + 0.5 * GAIT.stop
     towards, away = np.zeros(28), np.zeros(28)
     towards[finger_joints("MF")[0]], away[finger_joints("MF")[0]] = -0.5, 0.5
     assert GAIT.update(state, standing(q=q, v=towards, touching=TH_MF), DT)[0].phase is Phase.ADD
     assert GAIT.update(state, standing(q=q, v=away, touching=TH_MF), DT)[0].phase is Phase.ROLL
+    # when a roll begins, joints still move by what went before
+    first = replace(state, rolled=0.0)
+    assert GAIT.update(first, standing(q=q, v=towards, touching=TH_MF), DT)[0].phase is Phase.ROLL
 
 
 @pytest.mark.parametrize("standoff", [0.0, 0.004])

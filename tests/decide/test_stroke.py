@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rigs.messages import estimate_of
@@ -68,7 +70,7 @@ def test_gait_of_a_stroke_rolls_once_then_holds(plan: GaitPlan) -> None:
     state, phases, turned = gait.init(), [], 0.0
     estimate = estimate_of(q=plan.rolling(0.0), p_WT=plan.p_WS, p_WS=plan.p_WS, radius=plan.radius)
     while state.round == 0 and len(phases) < 1000:
-        state, goal = gait.update(state, estimate, DT)
+        state, goal = gait.update(state, replace(estimate, theta=turned), DT)
         phases.append(goal.phase)
         turned -= goal.turn_rate * DT
         np.testing.assert_array_equal(goal.roles == Role.GRIP, TH_MF)
@@ -83,3 +85,13 @@ def test_a_stroke_counts_as_one_round() -> None:
     assert load(None, ["goal.course=stroke"]).goal.rounds == 1
     with pytest.raises(ScenarioError, match=r"^goal.rounds = 3: must be 1 with goal.course"):
         load(None, ["goal.course=stroke", "goal.rounds=3"])
+
+
+def test_a_stroke_that_does_not_turn_the_screw_never_counts(plan: GaitPlan) -> None:
+    gait = Gait(plan, Placing(ROBOT, plan), speed=2.0)
+    estimate = estimate_of(q=plan.rolling(0.0), p_WT=plan.p_WS, p_WS=plan.p_WS, radius=plan.radius)
+    state = gait.init()
+    for _ in range(1000):
+        state, goal = gait.update(state, estimate, DT)
+    assert state.round == 0
+    assert goal.vain >= 3

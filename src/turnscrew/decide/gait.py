@@ -106,7 +106,8 @@ class Gait:
         relocate: Time of TH's and MF's way back [s].
         standoff: Distance from the handle at which feeling begins [m]: the estimated axis errs by less than that.
         closing: Speed of feeling [m/s]: at .14 N a mm/s of impact it touches with 2 N.
-        stop: Distance from a joint's limit at which a roll ends early [rad].
+        stop: Distance from a joint's limit at which a roll ends early [rad],
+        begun: once the handle has turned by so much [rad]: until then joints still move by what went before.
         support_speed: Turning speed of the handle between FF and RF while TH and MF go back [rad/s]: the paper lets
             them roll, too.
         least_turn: A round that turns the screw by less does not count and is made again [rad]: 20 deg, and what the
@@ -134,6 +135,7 @@ class Gait:
     standoff: float = 0.004
     closing: float = 0.015
     stop: float = 0.02
+    begun: float = np.radians(5.0)
     support_speed: float = 0.0
     least_turn: float = np.radians(22.0)
     firmer: float = 0.5
@@ -191,7 +193,7 @@ class Gait:
 
     def _counted(self, state: GaitState, theta: float) -> GaitState:
         """The state after a round, if it was one."""
-        if self.plan.course is Course.ROUND and theta - state.theta < self.least_turn:
+        if theta - state.theta < self.least_turn:
             return replace(state, theta=theta, cycle=state.cycle + 1, vain=state.vain + 1)
         return replace(state, theta=theta, cycle=state.cycle + 1, vain=0, round=state.round + 1)
 
@@ -307,7 +309,7 @@ class Gait:
         clock, phase = state.clock, state.phase
         if phase is Phase.ROLL:
             at_limit = self.placing.meets_limit(estimate.q, estimate.v, ROLLING, self.stop)
-            return state.rolled >= self.plan.stroke or at_limit
+            return state.rolled >= self.plan.stroke or (at_limit and state.rolled > self.begun)
         if phase is Phase.SETTLE:
             return clock >= self.settle and (clock >= self.settle_most or self._is_centred(estimate))
         if phase in (Phase.ADD, Phase.RETURN):
