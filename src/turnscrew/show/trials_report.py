@@ -30,6 +30,7 @@ MEASURES = {
     "turning speed, whole run [deg/s]": "deg_per_s",
     "largest tilt [deg]": "max_tilt_deg",
     "tip from the drive's centre, at most [mm]": "tip_slip_mm",
+    "joints from their limits, at least [deg]": "joint_room_deg",
     "error of the tip, rms [mm]": "tip_error_mm",
     "error of tilt, rms [deg]": "tilt_error_deg",
     "error of yaw, rms [deg]": "yaw_error_deg",

@@ -10,6 +10,8 @@ from zlib import crc32
 import numpy as np
 
 from turnscrew.errors import PlanError
+from turnscrew.geometry.arrays import Array
+from turnscrew.plant.cell import Cell
 from turnscrew.plant.truth import Truth
 from turnscrew.signals import Fault
 from turnscrew.study.disturbances.disturbance import Hook, Span, idle
@@ -52,6 +54,7 @@ class Trial:
         tilt_error_deg: Of the estimated tilt, rms [deg].
         yaw_error_deg: Of the estimated yaw, rms [deg].
         support_fraction: Share of the turning time with at least two fingers in contact.
+        joint_room_deg: Least distance of a joint from its limits, negative beyond them [deg].
         mishap: What happened to it on purpose, if anything.
         mishap_s: When [s].
         mishap_phase: Phase of the gait then; empty if the run was over before.
@@ -78,6 +81,7 @@ class Trial:
     tilt_error_deg: float = math.nan
     yaw_error_deg: float = math.nan
     support_fraction: float = math.nan
+    joint_room_deg: float = math.nan
     mishap: str = ""
     mishap_s: float = math.nan
     mishap_phase: str = ""
@@ -89,6 +93,9 @@ class Notes:
     """What is noted at each tick.
 
     Attributes:
+        cell: The plant.
+        limits: (28, 2) the joints' ranges [rad].
+        room: Least distance of a joint from its limits so far [rad].
         mishap_s: When something is to happen [s].
         phase: Phase of the gait.
         round: Rounds completed.
@@ -96,6 +103,9 @@ class Notes:
         faults: All that was named.
     """
 
+    cell: Cell
+    limits: Array
+    room: float = math.inf
     mishap_s: float = math.nan
     phase: str = ""
     round: int = 0
@@ -108,6 +118,8 @@ class Notes:
         if tick.measurement.time >= self.mishap_s and not self.mishap_phase:
             self.mishap_phase = self.phase
         self.faults.extend(tick.faults)
+        q = self.cell.q
+        self.room = min(self.room, float(np.minimum(q - self.limits[:, 0], self.limits[:, 1] - q).min()))
 
 
 def attempt(scenario: Scenario, mishap: str = "") -> Trial:
@@ -121,11 +133,11 @@ def attempt(scenario: Scenario, mishap: str = "") -> Trial:
         CameraError: the camera's calibration or its markers cannot be used.
         RenderError: pictures are wanted, and this machine cannot draw.
     """
-    notes = Notes()
     try:
         run = Run.begin(scenario)
     except PlanError as error:
         return Trial(scenario.seed, False, NO_START, evidence=str(error), mishap=mishap)
+    notes = Notes(run.cell, run.loop.blocks.adapter.robot.limits)
     with run.cell:
         hook = _prepare(run, mishap, notes) if mishap else idle
         try:
@@ -135,7 +147,10 @@ def attempt(scenario: Scenario, mishap: str = "") -> Trial:
             evidence = f"{type(error).__name__}: {error}"
             return Trial(scenario.seed, False, CRASH, notes.phase, notes.round, evidence, mishap=mishap)
         trial = _told(scenario.seed, outcome, notes, summarise(run, outcome, notes.faults, 1.0))
-        return replace(trial, mishap=mishap, mishap_s=notes.mishap_s, mishap_phase=notes.mishap_phase)
+        return replace(
+            trial, joint_room_deg=math.degrees(notes.room), mishap=mishap, mishap_s=notes.mishap_s,
+            mishap_phase=notes.mishap_phase,
+        )  # fmt: skip
 
 
 def _prepare(run: Run, mishap: str, notes: Notes) -> Hook:
