@@ -129,6 +129,22 @@ def test_fingers_that_find_nothing_go_back_before_they_feel_again() -> None:
     assert roles == [FREE] * away + [REACH] * (len(roles) - away)
 
 
+def test_handle_is_turned_back_out_of_the_way_and_the_others_come_again() -> None:
+    rolled = into(Phase.ADD)
+    rolled = replace(rolled, gait=replace(rolled.gait, rolled=0.9, gripping=TH_MF | (np.arange(5) == FF)))
+    state, goals = for_a_while(rolled, 1.0, (), TH_MF)
+    state, goals = for_a_while(state, DT, trouble(FaultKind.STALLED), TH_MF)
+    state, more = for_a_while(state, 0.6, (), TH_MF)
+    goals += more
+    assert [*dict.fromkeys(goal.phase for goal in goals)] == [Phase.BACK, Phase.ADD]
+    back = [goal for goal in goals if goal.phase == Phase.BACK]
+    # to a tick
+    turned = sum(goal.turn_rate for goal in back) * DT
+    assert turned == pytest.approx(DECIDER.gait.back, abs=1.5 * DT * DECIDER.gait.back_speed)
+    assert state.gait.rolled == pytest.approx(0.9 - turned)
+    assert all(goal.roles[FF] == FREE for goal in back)
+
+
 def test_the_same_trouble_is_not_answered_for_ever() -> None:
     state = into(Phase.RETURN, touching=~TH_MF)
     for answered in range(1, DECIDER.tries + 1):
@@ -156,8 +172,8 @@ def test_a_run_that_ends_holds_the_tool_still_first() -> None:
 
 def test_the_documentation_prints_the_table() -> None:
     rows = re.findall(r"^\| `([A-Z_]+)`[^|]*\| ([^|]+) \| ([a-z ]+):", PAGE.read_text(), flags=re.MULTILINE)
-    printed = {
-        FaultKind(kind): dict.fromkeys(Phase if phases == "any" else map(Phase, phases.split(", ")), Action(action))
-        for kind, phases, action in rows
-    }
+    printed: dict[FaultKind, dict[Phase, Action]] = {}
+    for kind, phases, action in rows:
+        named = Phase if phases == "any" else map(Phase, phases.split(", "))
+        printed.setdefault(FaultKind(kind), {}).update(dict.fromkeys(named, Action(action)))
     assert printed == {kind: dict(answers) for kind, answers in POLICY.items()}

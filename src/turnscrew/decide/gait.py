@@ -18,7 +18,8 @@ from turnscrew.signals import FREE, GRIP, REACH, Estimate, Goal
 class Phase(StrEnum):
     """A round of the gait, in order; SETTLE comes once, before the first.
 
-    One long stroke is SETTLE, ROLL and HOLD.  CATCH and GRASP come in when thumb or middle finger has lost the handle.
+    One long stroke is SETTLE, ROLL and HOLD.  CATCH and GRASP come in when thumb or middle finger has lost the handle,
+    BACK when these are in the way of the fingers that are to be added.
     """
 
     SETTLE = "settle"
@@ -33,18 +34,19 @@ class Phase(StrEnum):
     HOLD = "hold"
     CATCH = "catch"
     GRASP = "grasp"
+    BACK = "back"
 
 
-ORDER = tuple(phase for phase in Phase if phase not in (Phase.HOLD, Phase.CATCH, Phase.GRASP))
+ORDER = tuple(phase for phase in Phase if phase not in (Phase.HOLD, Phase.CATCH, Phase.GRASP, Phase.BACK))
 NEXT: dict[Phase, Phase] = {
     **dict(pairwise(ORDER)), Phase.REMOVE: Phase.ROLL, Phase.HOLD: Phase.HOLD, Phase.CATCH: Phase.GRASP,
-    Phase.GRASP: Phase.ADD,
+    Phase.GRASP: Phase.ADD, Phase.BACK: Phase.ADD,
 }  # fmt: skip
 """What follows each phase of a round."""
 
 TH_MF = np.array([finger in ROLLING for finger in FINGERS])
 FF_RF = np.array([finger in SUPPORTING for finger in FINGERS])
-HELD_BY_TH_MF = (Phase.ROLL, Phase.ADD, Phase.HOLD, Phase.CATCH, Phase.GRASP)
+HELD_BY_TH_MF = (Phase.ROLL, Phase.ADD, Phase.HOLD, Phase.CATCH, Phase.GRASP, Phase.BACK)
 """Phases in which thumb and middle finger are where the roll has brought them."""
 
 FIRST_SHARE = 0.1
@@ -114,6 +116,9 @@ class Gait:
             estimate may err by.
         firmer: By how much of itself the squeeze grows after each round that has not turned the screw, and the turning
             slows down: the handle has slid in the fingers, or the blade has left its slot.
+        back: Angle by which the handle is turned back to clear the way for other fingers [rad]: the middle finger's tip
+            goes back by 4 mm, twice what plans keep between it and the ring finger,
+        back_speed: and how fast [rad/s].
         recentre: Whether the arm keeps the hand over the screw, during the first grip and the rolls.
     """
 
@@ -139,6 +144,8 @@ class Gait:
     support_speed: float = 0.0
     least_turn: float = np.radians(22.0)
     firmer: float = 0.5
+    back: float = np.radians(12.0)
+    back_speed: float = 0.5
     recentre: bool = True
 
     def faster(self, factor: float) -> Gait:
@@ -179,11 +186,14 @@ class Gait:
         return state, goal
 
     def aiming(self, state: GaitState, estimate: Estimate) -> GaitState:
-        """The state with the fingers that feel for the handle, and do not find it, sent back to aim anew."""
-        if state.phase is Phase.ADD:
-            return replace(state, clock=0.0)
+        """The state with thumb and middle finger, which feel for the handle in vain, sent back to aim anew."""
         target = self.placing.before_handle(self.plan.returning(1.0), ROLLING, estimate, self.standoff)
         return replace(state, clock=0.0, q_target=target, aside=self.add)
+
+    def backing(self, state: GaitState) -> GaitState:
+        """The state with the handle turned back a little, and the fingers that were to be added out of the way."""
+        away = self.plan.rolling(state.rolled / self.plan.stroke)
+        return replace(state, phase=Phase.BACK, clock=0.0, gripping=state.gripping & TH_MF, q_target=away)
 
     def catching(self, state: GaitState, estimate: Estimate) -> GaitState:
         """The state with thumb and middle finger sent for the handle that they should hold, the others away."""
@@ -223,6 +233,8 @@ class Gait:
         """
         if state.phase is Phase.RELOCATE:
             return self.support_speed * min(state.clock / self.ramp, (self.relocate - state.clock) / self.ramp, 1.0)
+        if state.phase is Phase.BACK:
+            return -self.back_speed
         if state.phase is not Phase.ROLL:
             return 0.0
         left = max(self.plan.stroke - state.rolled, 0.0)
@@ -319,7 +331,7 @@ class Gait:
         duration = {
             Phase.SUPPORT: self.take, Phase.LEAVE: self.take + self.leave,
             Phase.RELOCATE: self.relocate, Phase.REGRIP: self.take, Phase.REMOVE: self.take + self.leave,
-            Phase.HOLD: self.held, Phase.GRASP: self.take,
+            Phase.HOLD: self.held, Phase.GRASP: self.take, Phase.BACK: self.back / self.back_speed,
         }[phase]  # fmt: skip
         return clock >= duration
 

@@ -24,7 +24,9 @@ class Action(StrEnum):
     CATCH = "catch"
     """Thumb and middle finger feel for the handle that one of them has lost, and hand it over to the others."""
     AIM = "aim again"
-    """Fingers that do not come to touch go back a little, and aim anew at where the handle is believed to be now."""
+    """Thumb and middle finger go back a little, and aim anew at where the handle is believed to be now."""
+    BACK = "turn back"
+    """Thumb and middle finger turn the handle back a little, out of the way of the others."""
     STOP = "stop"
     """Hold the tool still as it is held, and end the run."""
 
@@ -35,7 +37,7 @@ POLICY: Mapping[FaultKind, Mapping[Phase, Action]] = MappingProxyType(
     {
         FaultKind.VISION_LOST: dict.fromkeys(Phase, Action.WAIT),
         FaultKind.CONTACT_LOST: dict.fromkeys(ROLLING_PAIR, Action.CATCH),
-        FaultKind.STALLED: dict.fromkeys((Phase.ADD, Phase.RETURN), Action.AIM),
+        FaultKind.STALLED: {Phase.ADD: Action.BACK, Phase.RETURN: Action.AIM},
     }
 )
 """What is done about a fault that would end the run, by the phase in which it is named; all else is `STOP`."""
@@ -127,7 +129,7 @@ class Decider:
         if state.action is Action.STOP and state.goal is not None:
             return state, state.goal
         gait, goal = self.gait.update(state.gait, estimate, dt, still=state.action is Action.WAIT)
-        if state.action in (Action.CATCH, Action.AIM) and gait.phase is not state.gait.phase:
+        if state.action in (Action.CATCH, Action.AIM, Action.BACK) and gait.phase is not state.gait.phase:
             state = replace(state, action=None)
         goal = replace(goal, action="" if state.action is None else str(state.action), recoveries=len(state.made))
         return replace(state, gait=gait, goal=goal), goal
@@ -140,8 +142,8 @@ class Decider:
             return state
         if action is not Action.WAIT and self._tried(state, fault.kind) >= self.tries:
             action = Action.STOP
-        elif action is state.action:
-            # what was begun has not helped
+        elif action is state.action is Action.WAIT:
+            # for longer than there is patience
             action = Action.STOP
         if action is Action.STOP:
             return replace(state, action=action, clock=0.0, fault=fault, goal=stilled(state.goal))
@@ -149,6 +151,7 @@ class Decider:
             Action.WAIT: lambda: state.gait,
             Action.CATCH: lambda: self.gait.catching(state.gait, estimate),
             Action.AIM: lambda: self.gait.aiming(state.gait, estimate),
+            Action.BACK: lambda: self.gait.backing(state.gait),
         }[action]()
         made = (*state.made, Recovery(fault.time, fault.kind, phase, state.gait.cycle, action))
         return replace(state, gait=gait, action=action, clock=0.0, made=made)

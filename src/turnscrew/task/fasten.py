@@ -74,7 +74,10 @@ class Run:
         blocks = build_blocks(scenario, plan, robot, start.believed_radius)
         beats = scenario.beats_per_tick
         line = Line(scenario.delay_periods)
-        loop = Loop(blocks, Watch(scenario.goal.time_limit), 1.0 / scenario.rate.control, beats, line)
+        # fingers that are told to move slowly take longer to find the handle
+        longest_feel = Watch.longest_feel / min(scenario.speed.gait, 1.0)
+        watch = Watch(scenario.goal.time_limit, longest_feel=longest_feel)
+        loop = Loop(blocks, watch, 1.0 / scenario.rate.control, beats, line)
         sensors = blocks.sensors.init(streams["encoders"], streams["force"], streams["camera"])
         believed = exp_so3(np.array([0.0, 0.0, scenario.screw.slot_yaw]))
         state = loop.init(sensors, cell, plan.p_WS, believed)
