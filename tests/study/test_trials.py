@@ -15,7 +15,15 @@ import pytest
 from rich.console import Console
 
 from turnscrew.errors import PlanError, ScenarioError
-from turnscrew.show.trials_report import lived_with, report, result_tables, so_far, variation_table, worst_lines
+from turnscrew.show.trials_report import (
+    lived_with,
+    mishap_lines,
+    report,
+    result_tables,
+    so_far,
+    variation_table,
+    worst_lines,
+)
 from turnscrew.study.parts import finish
 from turnscrew.study.trials import trial
 from turnscrew.study.trials.engines import engine, on_ray
@@ -166,10 +174,22 @@ def test_report_counts_and_names_causes(tmp_path: Path) -> None:
         "lived with: TIP_SLIP 3 times, in 2 trials",
         "lived with: VISION_LOST 1 times, in 1 trials",
     ]
+    assert mishap_lines(file) == []
     assert so_far([found for _, found in done]) == "8 of 10 passed"
     column = duckdb.sql(f"""SELECT "contact.finger_friction" FROM '{file}' ORDER BY seed""").fetchnumpy()
     drawn = [part.drawn["contact.finger_friction"] for part, _ in done]
     np.testing.assert_array_equal(column["contact.finger_friction"], drawn)
+
+
+def test_report_tells_in_how_many_trials_a_mishap_happened(tmp_path: Path) -> None:
+    done = []
+    for part in trials(None, [], "standard", range(7500, 7510), tmp_path, "push").parts:
+        seed = part.scenario.seed
+        # three runs were over before, and one of those that were pushed is lost
+        phase = "" if seed < 7503 else "roll"
+        done.append((part, vars(Trial(seed, seed != 7505, "goal", mishap="push", mishap_phase=phase))))
+    (line,) = mishap_lines(write_results(done, tmp_path))
+    assert line.startswith("push: happened in 7 of 10 trials, 6 of which passed")
 
 
 def test_two_processes_give_the_same_table_as_none(tmp_path: Path) -> None:

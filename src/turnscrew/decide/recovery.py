@@ -6,7 +6,7 @@ The watch names what keeps a run from going on as it is; this block decides whet
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from types import MappingProxyType
 
@@ -92,14 +92,12 @@ class Decider:
         tries: How often the same trouble is answered between two rounds: a third time it would hardly go otherwise.
         patience: Longest time that is waited [s].
         stop: Time for which a run that ends holds the tool still [s]: a hand comes to rest in a fifth of it.
-        policy: What is done about what.
     """
 
     gait: Gait
     tries: int = 2
     patience: float = 30.0
     stop: float = 0.5
-    policy: Mapping[FaultKind, Mapping[Phase, Action]] = field(default_factory=lambda: POLICY)
 
     def init(self) -> DeciderState:
         """The gait's start."""
@@ -137,7 +135,7 @@ class Decider:
     def _answer(self, state: DeciderState, fault: Fault, estimate: Estimate) -> DeciderState:
         """Begins what is to be done about a fault, unless that is being done."""
         phase = state.gait.phase
-        action = Action.STOP if fault.hopeless else self.policy.get(fault.kind, {}).get(phase, Action.STOP)
+        action = Action.STOP if fault.hopeless else POLICY.get(fault.kind, {}).get(phase, Action.STOP)
         if state.action is Action.STOP or (action is state.action is Action.WAIT and state.clock < self.patience):
             return state
         if action is not Action.WAIT and self._tried(state, fault.kind) >= self.tries:

@@ -54,7 +54,7 @@ def report(study: Trials, jobs: int, out: Path, console: Console, engine: Engine
     table = write_results(done, out)
     for shown in result_tables(table):
         console.print(shown)
-    for line in [*lived_with(table), *worst_lines(table)]:
+    for line in [*lived_with(table), *mishap_lines(table), *worst_lines(table)]:
         console.print(line, highlight=False, soft_wrap=True)
     places = [table, *_plots(table, [row.key for row in study.rows], out)]
     console.print("written: " + ", ".join(str(place) for place in places), highlight=False, soft_wrap=True)
@@ -119,6 +119,20 @@ def lived_with(table: Path) -> list[str]:
             f"FROM '{_quoted(table)}' WHERE warnings != '')) GROUP BY kind ORDER BY kind"
         ).fetchall()
     return [f"lived with: {kind} {number} times, in {trials} trials" for kind, number, trials in found]
+
+
+def mishap_lines(table: Path) -> list[str]:
+    """In how many trials what was to go wrong did go wrong: a run may be over before."""
+    with duckdb.connect() as connection:
+        found = connection.execute(
+            "SELECT mishap, count(*) FILTER (mishap_phase != ''), "
+            "count(*) FILTER (mishap_phase != '' AND passed), count(*) "
+            f"FROM '{_quoted(table)}' WHERE mishap != '' GROUP BY mishap"
+        ).fetchall()
+    return [
+        f"{mishap}: happened in {met} of {count} trials, {passed} of which passed; the commands make trials without it"
+        for mishap, met, passed, count in found
+    ]
 
 
 def worst_lines(table: Path) -> list[str]:
