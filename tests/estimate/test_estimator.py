@@ -13,13 +13,13 @@ from turnscrew.estimate.estimator import NO_CONTACT, Reference, ToolEstimator
 from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.estimate.tip_wrench import TipWrench
 from turnscrew.geometry.rotations import exp_so3, log_so3
-from turnscrew.sense.encoders import Encoders, finger_offset_sigma
+from turnscrew.sense.encoders import Encoders, finger_offset_sigma, reading_sigma
 from turnscrew.sense.vision import NoisyTruthVision
 from turnscrew.signals import Estimate, Measurement
 
 TOOL = ToolInertia(0.08, np.array([0.0, 0.0, 0.13]), np.diag([1e-4, 1e-4, 1.3e-5]))
 CLEAN = Noise(
-    encoders=Encoders(noise=0.0, offset_sigma=finger_offset_sigma(0.0)),
+    encoders=Encoders(noise=reading_sigma(0.0, 0.0), offset_sigma=finger_offset_sigma(0.0)),
     vision=NoisyTruthVision(position_noise=0.0, rotation_noise=0.0),
     calibration=(0.0, 0.0, 0.0),
     radius=0.0,

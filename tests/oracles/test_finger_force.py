@@ -113,7 +113,7 @@ def swing(lag: float, f_F: Array) -> tuple[Array, float]:
     """Errors (ticks, 5) of the estimate while all fingers swing by 3.4 deg at 3 Hz, and their highest speed."""
     rig = Rig()
     block = ForceFromTorque(ROBOT, gauge_floor=0.0, gauge_share=0.0, model_floor=1e-4, lag=lag)
-    state, sensor = block.init(), Encoders(noise=0.0, offset_sigma=np.zeros(len(JOINTS)))
+    state, sensor = block.init(), Encoders(noise=np.zeros(len(JOINTS)), offset_sigma=np.zeros(len(JOINTS)))
     reading = sensor.init(np.random.default_rng(0))
     moves = np.array([name not in ("WAMJ1", "WAMJ2", "WAMJ3", "WAMJ4", "WRJ2", "WRJ1") for name in DRIVEN])
     errors, fastest = [], 0.0

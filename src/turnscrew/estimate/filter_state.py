@@ -115,7 +115,8 @@ class Prior:
         offset: Of a joint offset [rad]; .57 deg.
         coupling: Of J1 - J2 of a coupled finger [rad], or None where the tendon leaves them free.  The coupling makes
             the difference of the readings show the difference of the offsets.
-        hand: Of the hand's displacement per axis [m]: the first reading of six joints of .05 deg, up to .8 m away.
+        hand: Of the hand's displacement per axis [m]: the first reading of two wrist joints of .05 deg, up to
+            .4 m away; the arm's four of .005 deg hardly add to it.
         slide: Of the share of a roll by which the handle slides: 1 % in strokes of the simulated hand, more under
             more load, for friction that holds a torque gives way a little.
     """
@@ -126,7 +127,7 @@ class Prior:
     radius: float = 0.0005
     offset: float = 0.01
     coupling: float | None = np.deg2rad(0.2)
-    hand: float = 0.0006
+    hand: float = 0.0004
     slide: float = 0.01
 
     def state(self, p_WT: Array, R_WT: Array, q: Array) -> FilterState:

@@ -1,9 +1,10 @@
 """Smooths the readings of the joints about the motion that they were told to make.
 
-An encoder's .05 deg at the shoulder is .9 mm at the fingertips, and all fingertips together: rolling odometry would
-take it for a tilt of .4 deg.  What a joint does is mostly what it was told; by how much it does otherwise changes with
-the error of the load that was counted on, slowly in the arm and faster in fingers that touch.  So it is that difference
-which is smoothed, and a motion as wanted comes through without lag.
+What arm and wrist read wrong moves all fingertips together, and rolling odometry would take it for a tilt of the tool:
+.005 deg at the shoulder, .09 mm at the fingertips, for .04 deg; .05 deg at the wrist, .3 mm, for .14 deg.  What a joint
+does is mostly what it was told; by how much it does otherwise changes with the error of the load that was counted on,
+slowly in the arm and faster in fingers that touch.  So it is that difference which is smoothed, and a motion as wanted
+comes through without lag.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class JointSmoother:
     runs, where the error of smoothed less true angle is least, noise and lag together.
 
     Attributes:
-        arm: Time constant of the arm's joints [s]: noise of .05 deg at 100 Hz becomes .003 deg.
+        arm: Time constant of the arm's joints [s]: noise of .005 deg at 100 Hz becomes .0003 deg.
         wrist: Of the wrist's [s], whose servos are softer and give way to loads: .005 deg, and as much lag again.
         finger: Of the fingers' [s]: a fingertip that meets the handle earlier than expected differs within some
             hundredths of a second.  Half of the noise is left.

@@ -44,7 +44,8 @@ class ToolFilter:
     Contacts count the fingers' readings as if they were not smoothed: what is left of their noise lasts two ticks.
 
     Attributes:
-        encoder: Noise of a joint reading [rad].
+        encoder: Noise of a reading of the hand's joints [rad],
+        arm_encoder: and of the arm's.
         arm_time: Time constant with which the arm's readings are smoothed [s],
         wrist_time: and the wrist's, whose noise is counted as if it lasted as long as the arm's.
         tip: Of the tip about the drive's bottom centre [m]: play of the blade in the slot.
@@ -76,6 +77,7 @@ class ToolFilter:
     """
 
     encoder: float = np.deg2rad(0.05)
+    arm_encoder: float = np.deg2rad(0.005)
     arm_time: float = 1.5
     wrist_time: float = 0.5
     tip: float = 0.0003
@@ -154,7 +156,8 @@ class ToolFilter:
 
     def _left(self, dt: float) -> Array:
         """(6,) variance that smoothing leaves in the readings of arm and wrist [rad^2]."""
-        arm, wrist = (self.encoder**2 * tanh(0.5 * dt / time) for time in (self.arm_time, self.wrist_time))
+        arm = self.arm_encoder**2 * tanh(0.5 * dt / self.arm_time)
+        wrist = self.encoder**2 * tanh(0.5 * dt / self.wrist_time)
         return np.array([arm] * len(ARM) + [wrist] * len(WRIST))
 
     def lasting(self, state: FilterState, P_frame: Array) -> FilterState:

@@ -10,6 +10,17 @@ from numpy.random import Generator
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.joints import ARM, JOINTS, WRIST
 
+ARM_COUNT = 2.0 * np.pi / (4096 * 18)
+"""What one count of a motor's encoder is in WAMJ4, the arm's coarsest joint [rad]: 4096 counts a turn of the motor,
+which turns 18 times as far as the joint (42 and 28.25 times in the others).  Source: Barrett Technology, "WAM Arm
+User's Manual", D1001 AH.00: the ratios in Table 8; magnetic encoders in newer arms, 40960 counts in the optical ones
+before (appendix C, question 3)."""
+
+
+def reading_sigma(hand: float, arm: float) -> Array:
+    """(28,) noise of the readings: `hand` for every joint of fingers and wrist, `arm` for every joint of the arm."""
+    return np.array([arm if joint in ARM else hand for joint in JOINTS])
+
 
 def finger_offset_sigma(sigma: float) -> Array:
     """(28,) offset sigmas: `sigma` for every joint of the fingers, none for arm and wrist.
@@ -44,15 +55,16 @@ class Encoders:
     """Reading = truth + offset + noise; speed = first-order low-pass of the difference of readings.
 
     Attributes:
-        noise: Standard deviation of a reading [rad]; Shadow's Hall sensors resolve about .2 deg, 12-bit and
-            oversampled to .05 deg.
+        noise: (28,) standard deviation of a reading [rad].  Shadow's Hall sensors resolve about .2 deg, 12-bit and
+            oversampled to .05 deg.  The arm's encoders sit on its motors and are taken for good to one count of the
+            coarsest joint, .005 deg: counting alone would err by a fourth of that, the cables may do the rest.
         offset_sigma: (28,) standard deviation of the constant offsets [rad]; .57 deg (10 mrad) is what a careful
             joint calibration of a Shadow Hand leaves.
         speed_time: Time constant of the speed's low-pass [s].  Differencing .05 deg at 1 kHz gives 70 deg/s of
             noise; 20 ms bring that to noise / speed_time = 2.5 deg/s, for a delay of less than one camera frame.
     """
 
-    noise: float = np.deg2rad(0.05)
+    noise: Array = field(default_factory=lambda: reading_sigma(np.deg2rad(0.05), ARM_COUNT))
     offset_sigma: Array = field(default_factory=lambda: finger_offset_sigma(np.deg2rad(0.57)))
     speed_time: float = 0.02
 

@@ -84,8 +84,16 @@ class Sense(Table):
     encoder_noise: float = key(
         math.radians(0.05),
         "rad",
-        "Noise of each joint reading, sigma.",
+        "Noise of each reading of the hand's joints, sigma.",
         "assumed: a Hall sensor in each joint",
+        ge=0.0,
+        le=0.02,
+    )
+    arm_encoder_noise: float = key(
+        2.0 * math.pi / (4096 * 18),
+        "rad",
+        "Noise of each reading of the arm's joints, sigma.",
+        "one count of a motor's encoder in WAMJ4, 4096 a turn over a ratio of 18 (Barrett, WAM Arm User's Manual)",
         ge=0.0,
         le=0.02,
     )

@@ -41,7 +41,7 @@ from turnscrew.plant.screw import Screw
 from turnscrew.plant.thread import Thread
 from turnscrew.plant.tool import Tool
 from turnscrew.robot.model import RobotModel
-from turnscrew.sense.encoders import Encoders, finger_offset_sigma
+from turnscrew.sense.encoders import Encoders, finger_offset_sigma, reading_sigma
 from turnscrew.sense.fingertip_force import FingertipForce
 from turnscrew.sense.sensors import Sensors
 from turnscrew.sense.strain_gauges import StrainGauges
@@ -154,7 +154,9 @@ def build_sensors(scenario: Scenario, plan: GaitPlan) -> Sensors:
     """Simulated sensors."""
     sense, vision = scenario.sense, scenario.vision
     return Sensors(
-        encoders=Encoders(sense.encoder_noise, finger_offset_sigma(sense.joint_offset)),
+        encoders=Encoders(
+            reading_sigma(sense.encoder_noise, sense.arm_encoder_noise), finger_offset_sigma(sense.joint_offset)
+        ),
         force=build_gauges(scenario)
         if scenario.force.source == "strain"
         else FingertipForce(scenario.force.noise, scenario.force.direction_noise),
@@ -217,7 +219,10 @@ def build_estimator(
 def build_filter(scenario: Scenario) -> ToolFilter:
     """The filter, told how well encoders read and whether the camera's frames err alike."""
     common = COMMON if scenario.vision.source == "rendered" else 0.0
-    filter_ = ToolFilter(encoder=scenario.sense.encoder_noise, common=common, common_time=COMMON_TIME)
+    sense = scenario.sense
+    filter_ = ToolFilter(
+        encoder=sense.encoder_noise, arm_encoder=sense.arm_encoder_noise, common=common, common_time=COMMON_TIME
+    )
     if scenario.robot.actuation == "position":
         return filter_
     return replace(filter_, arm_time=BetweenTicks.arm_time, wrist_time=BetweenTicks.time)

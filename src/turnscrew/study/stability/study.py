@@ -29,6 +29,7 @@ RESULTS = "stability.parquet"
 QUIET = (
     "robot.actuation=torque",
     "sense.encoder_noise=0",
+    "sense.arm_encoder_noise=0",
     "force.noise=0",
     "force.direction_noise=0",
     "vision.position_noise=1e-5",
