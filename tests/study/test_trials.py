@@ -133,7 +133,7 @@ def test_bad_wishes_are_told_before_anything_runs(tmp_path: Path) -> None:
 
 
 def test_a_start_out_of_reach_and_a_bug_are_outcomes(monkeypatch: pytest.MonkeyPatch) -> None:
-    def unreachable(scenario: object) -> None:
+    def unreachable(scenario: object, **_: object) -> None:
         raise PlanError("start: MF cannot reach the handle")
 
     with monkeypatch.context() as patch:

@@ -219,3 +219,34 @@ def actuation(
     chosen = chosen_conditions(conditions), chosen_arms(arms, squeezes or (8.0, 10.0))
     report(parts(*chosen, n, seed, overrides or [], out), jobs, out, wide_console())
     return 0
+
+
+@study_app.command()
+def ablation(
+    n: Annotated[int, typer.Option("--n", min=1, help="Trials without each measure.")] = 40,
+    seed: SeedsOption = 0,
+    overrides: SetOption = None,
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--without",
+            metavar="MEASURE",
+            help='This one only: "all measures" (nothing taken away), refinement, "guarded contacts", re-centring, '
+            '"force integral", "growing squeeze"; repeatable.  All without.',
+        ),
+    ] = None,
+    variation: Annotated[
+        str, typer.Option("--variation", help="As `turnscrew trials` has it: standard, hard or none.")
+    ] = "standard",
+    jobs: JobsOption = 1,
+    out: TablesOption = Path("runs/ablation"),
+) -> int:
+    """Take away what makes the finger gait robust, one measure at a time: how many screws are driven without it."""
+    from turnscrew.show.ablation_report import report
+    from turnscrew.study.ablation.measures import chosen
+    from turnscrew.study.ablation.study import parts
+    from turnscrew.task.scenario import load
+
+    measures = chosen(without, load(None, overrides or []))
+    report(parts(measures, overrides or [], variation, range(seed, seed + n), out), measures, jobs, out, wide_console())
+    return 0

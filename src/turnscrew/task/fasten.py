@@ -23,13 +23,14 @@ from turnscrew.task.scenario_keys import Scenario
 from turnscrew.task.start import draw_start, plan_of
 from turnscrew.task.summary import FaultEntry, Progress, RecoveryEntry, Summary, versions
 from turnscrew.task.watch import Watch
-from turnscrew.task.wiring import build_blocks, build_cell, generators
+from turnscrew.task.wiring import Blocks, build_blocks, build_cell, generators
 
 PROGRESS_PERIOD = 0.1
 """Simulated time between two calls of a run's progress callback [s]."""
 
 OnProgress = Callable[[Progress], None]
 OnPlanning = Callable[[str], None]
+Adapt = Callable[[Blocks], Blocks]
 
 
 @dataclass
@@ -51,12 +52,13 @@ class Run:
     judge: Judge
 
     @classmethod
-    def begin(cls, scenario: Scenario, on_planning: OnPlanning | None = None) -> Run:
+    def begin(cls, scenario: Scenario, on_planning: OnPlanning | None = None, *, adapt: Adapt | None = None) -> Run:
         """Plans, draws the start and wires the loop.
 
         Args:
             scenario: What to run.
             on_planning: Told in a line what the planner is doing, if there is anything to plan.
+            adapt: Given the loop's blocks, returns those that are to run: the place for blocks of one's own.
 
         Raises:
             PlanError: no plan fits the handle, or the start is out of reach.
@@ -72,6 +74,8 @@ class Run:
             # a machine that cannot draw is told of now, not when the run is under way
             cell.picture(0, 0, 16, 16)
         blocks = build_blocks(scenario, plan, robot, start.believed_radius)
+        if adapt is not None:
+            blocks = adapt(blocks)
         beats = scenario.beats_per_tick
         line = Line(scenario.delay_periods)
         # fingers that are told to move slowly take longer to find the handle

@@ -17,7 +17,7 @@ from turnscrew.signals import Fault
 from turnscrew.study.disturbances.disturbance import Hook, Span, idle
 from turnscrew.study.disturbances.mishaps import MISHAPS, MOMENT
 from turnscrew.study.disturbed import GOAL, turn
-from turnscrew.task.fasten import Run, summarise
+from turnscrew.task.fasten import Adapt, Run, summarise
 from turnscrew.task.loop import Tick
 from turnscrew.task.scenario_keys import Scenario
 from turnscrew.task.summary import Summary
@@ -122,19 +122,20 @@ class Notes:
         self.room = min(self.room, float(np.minimum(q - self.limits[:, 0], self.limits[:, 1] - q).min()))
 
 
-def attempt(scenario: Scenario, mishap: str = "") -> Trial:
+def attempt(scenario: Scenario, mishap: str = "", adapt: Adapt | None = None) -> Trial:
     """Runs a trial to its end; whatever goes wrong in it is its outcome.
 
     Args:
         scenario: What is run.
         mishap: Name of what happens to the robot once, at a moment that the seed tells; nothing without.
+        adapt: What is done to the loop's blocks before, if anything.
 
     Raises:
         CameraError: the camera's calibration or its markers cannot be used.
         RenderError: pictures are wanted, and this machine cannot draw.
     """
     try:
-        run = Run.begin(scenario)
+        run = Run.begin(scenario, adapt=adapt)
     except PlanError as error:
         return Trial(scenario.seed, False, NO_START, evidence=str(error), mishap=mishap)
     notes = Notes(run.cell, run.loop.blocks.adapter.robot.limits)

@@ -1,0 +1,1 @@
+"""What each of the measures that make the gait robust is worth."""
