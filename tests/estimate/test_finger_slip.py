@@ -149,3 +149,16 @@ def test_fingertips_that_go_with_the_tool_do_not_stray() -> None:
     assert np.abs(moved).max() < 2e-5
     lower = astray(tips(p_WF, np.eye(3)), tips(carried - 1e-3 * axis, turn), c_W, p_WT, dtheta, dp)
     np.testing.assert_allclose(lower - moved, np.tile(-1e-3 * axis, (5, 1)), atol=1e-12)
+
+
+def test_a_finger_that_comes_to_the_handle_is_trusted_no_more_than_those_that_hold_it() -> None:
+    moves = sliding(MF, 0.0005, 5, rest=20)
+    state = run(moves)[-1]
+    assert state.grip[MF] < 0.65
+    # thumb has held and not slid; the others have not been asked
+    assert state.grip[TH] == 1.0
+    np.testing.assert_array_equal(state.grip[[1, 3, 4]], state.grip[MF])
+    pressing = np.array([4.0, 4.0, 4.0, 4.0, 0.0])
+    landed = BLOCK.update(state, np.zeros(5), pressing, SHARP, DT)
+    # what was learned goes on being forgotten at the same pace
+    np.testing.assert_allclose(landed.grip[[1, 3]], landed.grip[MF], rtol=1e-12)

@@ -26,7 +26,8 @@ the likelihood ratio of a turn by b standard deviations against none.  Which fin
 A finger that slides has told that its friction is less than was counted on.  How much less no reading can tell: from
 the direction of a force that is known to 30 deg, friction would follow as anything between .3 and 4.  So the share of
 its friction that a finger is trusted with is lowered in steps, one for every `threshold` that it slides, and regained
-slowly.  Who shares the load lets that finger press more and carry less.
+slowly.  Who shares the load lets that finger press more and carry less.  All fingertips have the same skin, and the
+handle is the same all around: a finger that comes to the handle is trusted no more than those that hold it.
 
 Paper: no counterpart; (13) is what is tested.
 """
@@ -131,6 +132,8 @@ class FingerSlip:
         told = np.where(slid < 0.5 * self.threshold, 0.0, np.maximum(state.told, times))
         regained = 1.0 + (state.grip - 1.0) * exp(-dt / self.regain)
         grip = np.maximum(regained * self.lowered ** np.maximum(told - state.told, 0.0), self.least)
+        if pressing.any():
+            grip = np.where(pressing, grip, np.minimum(grip, grip[pressing].min()))
         return FingerSlipState(way, held, slid, told, state.g, around, grip)
 
     def seen(self, state: FingerSlipState, back: float, variance: float, radius: float) -> FingerSlipState:
