@@ -129,3 +129,36 @@ def driven_mass(M: Array, drive: Rows, drives: int) -> Array:
         for j in range(n):
             felt[drive[i], drive[j]] += M[i, j]
     return felt
+
+
+@compiled
+def motion_table(
+    xpos: Array, xmat: Array, bodies: Rows, offset: Array, moves: Flags, axes: Array, axes_rate: Array, com: Array,
+    v: Array, M: Array, bias: Array, drive: Rows, drives: int,
+) -> tuple[Array, Array, Array, Array, Array, Array]:  # fmt: skip
+    """All that (17) and (18) need of the robot, from what MuJoCo has worked out for all joints; arguments as above.
+
+    Args:
+        xpos: As for `tip_frames`, and so are `xmat`, `bodies` and `offset`.
+        xmat: Orientations.
+        bodies: Which count.
+        offset: Ways along z [m].
+        moves: (k + 1, n) which joints move each body.
+        axes: (n, 6) the joints' axes.
+        axes_rate: (n, 6) their rates.
+        com: (3,) where these are taken, in W [m].
+        v: (n,) joint speeds [rad/s].
+        M: (n, n) mass matrix of all joints [kg.m2].
+        bias: (n,) Coriolis, centrifugal and gravity torques of all joints [N.m].
+        drive: (n,) which drive moves each joint.
+        drives: How many there are.
+
+    Returns:
+        `tip_frames`, `point_jacobians`, `bias_accelerations`, `driven_mass`, and `S^T bias` (drives,).
+    """
+    p_W, R = tip_frames(xpos, xmat, bodies, offset)
+    J = point_jacobians(p_W, moves, axes, com)
+    felt = np.zeros(drives)
+    for i in range(len(bias)):
+        felt[drive[i]] += bias[i]
+    return p_W, R, J, bias_accelerations(p_W, J, moves, axes_rate, com, v), driven_mass(M, drive, drives), felt

@@ -12,11 +12,11 @@ import numpy as np
 
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.robot.arm import LINKS, add_arm
-from turnscrew.robot.body_jacobians import bias_accelerations, driven_mass, point_jacobians, tip_frames
+from turnscrew.robot.body_jacobians import motion_table, point_jacobians, tip_frames
 from turnscrew.robot.contact_jacobian import contact_jacobians
-from turnscrew.robot.coupling import DRIVE_OF_JOINT, SELECTION
+from turnscrew.robot.coupling import DRIVE_OF_JOINT
 from turnscrew.robot.hand import TIP_RADIUS, attach_hand, check_joint_order, torque_limit
-from turnscrew.robot.joints import ARM, COUPLED, FINGERS, INDEX, JOINTS
+from turnscrew.robot.joints import ARM, COUPLED, DRIVEN, FINGERS, INDEX, JOINTS
 
 BASE_HEIGHT = 0.346
 """Height of the shoulder (DH frame 0) above the arm's base B, which is W here [m] (Barrett's user guide)."""
@@ -87,13 +87,16 @@ class RobotModel:
         self._bodies = [self._model.body(name).id for name in _TIP_BODIES]
         self._followed = np.array([*self._bodies, self._model.body("palm").id])
         self._moves = np.array([_moved_by(self._model, body) for body in self._followed])
-        # views of the simulator's memory, which it fills anew each time
+        # views of the simulator's memory, which it fills anew each time, and room for more of what it works out
+        self._qpos, self._qvel = self._data.qpos, self._data.qvel
         self._xpos, self._xmat = self._data.xpos, self._data.xmat
         self._axes, self._axes_rate = self._data.cdof, self._data.cdof_dot
         self._com = self._data.subtree_com[self._model.body_rootid[self._followed[-1]]]
+        self._M, self._bias = np.empty((len(JOINTS), len(JOINTS))), np.empty(len(JOINTS))
         capsules = [self._model.geom(f"C_{name}") for name in _TIP_BODIES]
-        self._half = np.array([float(capsule.size[1]) for capsule in capsules])
-        self._offset = self._half + np.array([float(capsule.pos[2]) for capsule in capsules])
+        half = np.array([float(capsule.size[1]) for capsule in capsules])
+        self._length = 2.0 * half
+        self._offset = half + np.array([float(capsule.pos[2]) for capsule in capsules])
         self.rho = np.array([TIP_RADIUS[finger] for finger in FINGERS])
         self.limits = self._model.jnt_range[: len(JOINTS)].copy()
         self.damping = self._model.dof_damping[: len(JOINTS)].copy()
@@ -104,7 +107,7 @@ class RobotModel:
         )
 
     def _place(self, q: Array) -> None:
-        self._data.qpos[:] = q
+        self._qpos[:] = q
         mujoco.mj_kinematics(self._model, self._data)
         mujoco.mj_comPos(self._model, self._data)
 
@@ -115,7 +118,7 @@ class RobotModel:
 
     def _tips(self) -> Fingertips:
         p_W, R = self._points()
-        return Fingertips(p_W[:-1], R, self._jacobians(p_W)[:-1], self.rho, 2 * self._half)
+        return Fingertips(p_W[:-1], R, self._jacobians(p_W)[:-1], self.rho, self._length)
 
     def _points(self) -> tuple[Array, Array]:
         """Origins (6, 3) of the fingertips' frames and of the palm's, in W [m], and R_WF (5, 3, 3)."""
@@ -166,22 +169,17 @@ class RobotModel:
             return self._dynamics[2]
         model, data = self._model, self._data
         self._place(q)
-        data.qvel[:] = v
+        self._qvel[:] = v
         mujoco.mj_makeM(model, data)
         mujoco.mj_comVel(model, data)
-        M, bias = np.empty((len(JOINTS), len(JOINTS))), np.empty(len(JOINTS))
-        mujoco.mj_fullM(model, data, M)
-        mujoco.mj_rne(model, data, 0, bias)
-        p_W, R = self._points()
-        J = self._jacobians(p_W)
-        Jdot_v = bias_accelerations(p_W, J, self._moves, self._axes_rate, self._com, v)
-        result = Dynamics(
-            Fingertips(p_W[:-1], R, J[:-1], self.rho, 2 * self._half),
-            driven_mass(M, DRIVE_OF_JOINT, SELECTION.shape[1]),
-            bias @ SELECTION,
-            J[-1],
-            Jdot_v[:-1],
-        )
+        mujoco.mj_fullM(model, data, self._M)
+        mujoco.mj_rne(model, data, 0, self._bias)
+        p_W, R, J, Jdot_v, M, bias = motion_table(
+            self._xpos, self._xmat, self._followed, self._offset, self._moves, self._axes, self._axes_rate, self._com,
+            v, self._M, self._bias, DRIVE_OF_JOINT, len(DRIVEN),
+        )  # fmt: skip
+        tips = Fingertips(p_W[:-1], R, J[:-1], self.rho, self._length)
+        result = Dynamics(tips, M, bias, J[-1], Jdot_v[:-1])
         self._dynamics = q, v, result
         return result
 
