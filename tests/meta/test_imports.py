@@ -12,7 +12,7 @@ SOURCE = Path(__file__).parents[2] / "src" / "turnscrew"
 FILES = sorted(SOURCE.rglob("*.py"))
 
 LAYERS = (
-    {"errors"},
+    {"errors", "values"},
     {"geometry"},
     {"robot", "contact"},
     {"signals"},

@@ -6,12 +6,12 @@ the last tick; joint angles and speeds come from the encoders at the faster pace
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import exp, isfinite
 
 import numpy as np
 
-from turnscrew.geometry.arrays import Array, Rows
+from turnscrew.geometry.arrays import Array, Flags, Rows
 from turnscrew.geometry.compiled import compiled
 from turnscrew.geometry.rotations import exp_so3
 from turnscrew.geometry.small import cross, solve_positive
@@ -19,6 +19,7 @@ from turnscrew.robot.coupling import DRIVEN_INDEX
 from turnscrew.robot.joints import ARM, JOINTS
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import Estimate
+from turnscrew.values import changed
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,12 +74,12 @@ class BetweenTicks:
             ahead: Its age [s]: the tool is turned on by so much.
         """
         q, v = state.q - estimate.offset, state.v
-        rows, omega_W = estimate.touching.nonzero()[0], np.zeros(3)
-        if len(rows) >= 2:
-            J = self.robot.contact_jacobians(q, v, estimate.c_W)
-            omega_W = _fitting_rate(J, rows, v[DRIVEN_INDEX], estimate.c_W, estimate.p_WT, self.prior)
-        R_WT, nu = _turned(estimate.R_WT, omega_W, ahead, self.pitch)
-        return replace(estimate, q=q, v=v, nu=nu, R_WT=R_WT)
+        J = self.robot.contact_jacobians(q, v, estimate.c_W)
+        R_WT, nu = _carried_on(
+            J, estimate.touching, v, DRIVEN_INDEX, estimate.c_W, estimate.p_WT, estimate.R_WT, self.prior, ahead,
+            self.pitch,
+        )  # fmt: skip
+        return changed(estimate, q=q, v=v, nu=nu, R_WT=R_WT)
 
 
 @compiled
@@ -96,25 +97,34 @@ def _smoothed(q: Array, v: Array, reading: Array, times: Array, dt: float) -> tu
 
 
 @compiled
-def _fitting_rate(J: Array, rows: Rows, v: Array, c_W: Array, p_WT: Array, prior: float) -> Array:
-    """Angular velocity (3,) of the tool in W that fits the speeds of the fingertips in `rows` best, its tip at rest.
+def _fitting_rate(J: Array, touching: Flags, v: Array, joint: Rows, c_W: Array, p_WT: Array, prior: float) -> Array:
+    """Angular velocity (3,) of the tool in W that fits the speeds of the touching fingertips best, its tip at rest.
 
-    It is least in `sum |omega x r - J v|^2 + prior |omega|^2`, r = c - p, with the contacts' Jacobians J (5, 3, 24).
+    It is least in `sum |omega x r - J v|^2 + prior |omega|^2`, r = c - p, with the contacts' Jacobians J (5, 3, 24) and
+    the joint (24,) of each drive.  What one finger alone touches does not turn.
     """
+    if touching.sum() < 2:
+        return np.zeros(3)
+    driven = v[joint]
     A, b = prior * np.eye(3), np.zeros((3, 1))
-    for i in rows:
-        V, r = np.dot(J[i], v), c_W[i] - p_WT
-        b[:, 0] += cross(r, V)
-        for row in range(3):
-            A[row, row] += r[0] * r[0] + r[1] * r[1] + r[2] * r[2]
-            for column in range(3):
-                A[row, column] -= r[row] * r[column]
+    for i in range(len(touching)):
+        if touching[i]:
+            V, r = np.dot(J[i], driven), c_W[i] - p_WT
+            b[:, 0] += cross(r, V)
+            for row in range(3):
+                A[row, row] += r[0] * r[0] + r[1] * r[1] + r[2] * r[2]
+                for column in range(3):
+                    A[row, column] -= r[row] * r[column]
     return solve_positive(A, b).ravel()
 
 
 @compiled
-def _turned(R_WT: Array, omega_W: Array, ahead: float, pitch: float) -> tuple[Array, Array]:
+def _carried_on(
+    J: Array, touching: Flags, v: Array, joint: Rows, c_W: Array, p_WT: Array, R_WT: Array, prior: float, ahead: float,
+    pitch: float,
+) -> tuple[Array, Array]:  # fmt: skip
     """The orientation after `ahead` seconds, and the tool's velocity (6,) in T, its tip on the thread."""
+    omega_W = _fitting_rate(J, touching, v, joint, c_W, p_WT, prior)
     R = np.dot(exp_so3(ahead * omega_W), R_WT)
     nu = np.zeros(6)
     for i in range(3):
