@@ -60,7 +60,7 @@ class ToolInertia:
 
         Paper: the right side of (7).
         """
-        return _wrench(self.mass, self.com, self.M, R_WT, nu, alpha)
+        return tool_wrench(self.mass, self.com, self.M, R_WT, nu, alpha)
 
 
 @compiled
@@ -77,7 +77,8 @@ def _bias(mass: float, com: Array, M: Array, R_WT: Array, nu: Array) -> Array:
 
 
 @compiled
-def _wrench(mass: float, com: Array, M: Array, R_WT: Array, nu: Array, alpha: Array) -> Array:
+def tool_wrench(mass: float, com: Array, M: Array, R_WT: Array, nu: Array, alpha: Array) -> Array:
+    """`ToolInertia.wrench`, for compiled functions to call."""
     F = _bias(mass, com, M, R_WT, nu)
     for i in range(6):
         for j in range(6):

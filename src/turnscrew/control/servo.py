@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 import numpy as np
 
-from turnscrew.contact.tool_dynamics import ToolInertia
+from turnscrew.contact.tool_dynamics import ToolInertia, tool_wrench
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.compiled import compiled
 from turnscrew.geometry.euler import body_rate_matrix, body_rate_matrix_derivative, euler_from_matrix, euler_rates
 from turnscrew.signals import Estimate, Goal
+
+TurningGains: TypeAlias = tuple[float, float, float, float, float]
+"""kp, kv, ki, and the limits of the yaw's error and of the integral."""
+
+PressingGains: TypeAlias = tuple[float, float, float]
+"""kf, and the limits of the tip force's correction and of tau_s,y."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,11 +79,13 @@ class HybridServo:
     side_limit: float = np.inf
     ease: float = 0.0
     measured: bool = False
-    _gains: tuple[float, float, float, float, float] = field(init=False, repr=False, compare=False)
+    _turning: TurningGains = field(init=False, repr=False, compare=False)
+    _pressing: PressingGains = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        gains = (float(self.kp), float(self.kv), float(self.ki), float(self.yaw_limit), float(self.integral_limit))
-        object.__setattr__(self, "_gains", gains)
+        turning = (float(self.kp), float(self.kv), float(self.ki), float(self.yaw_limit), float(self.integral_limit))
+        object.__setattr__(self, "_turning", turning)
+        object.__setattr__(self, "_pressing", (float(self.kf), float(self.force_limit), float(self.side_limit)))
 
     def init(self, estimate: Estimate) -> ServoState:
         """The reference stands where the tool is."""
@@ -101,21 +110,12 @@ class HybridServo:
         """
         age = state.age + dt
         ease = 1.0 if age >= self.ease else age / self.ease
-        rate = estimate.nu[3:] if self.measured else state.gammadot
-        yaw_d, integral, gammadot, omega, omegadot = _turn(
-            estimate.R_WT, rate, state.yaw_d + goal.turn_rate * dt, goal.turn_rate, state.integral, ease, dt,
-            self._gains, self.measured,
+        tool, lead = self.tool, self.pitch / (2 * np.pi)
+        yaw_d, force_integral, integral, gammadot, alpha, nu_d, F_hd = _servo(
+            estimate.R_WT, estimate.nu, estimate.F_s, state.yaw_d, state.force_integral, state.integral, state.gammadot,
+            float(goal.turn_rate), float(goal.tip_force), ease, dt, lead, self._turning, self._pressing, self.measured,
+            tool.mass, tool.com, tool.M,
         )  # fmt: skip
-        lead = self.pitch / (2 * np.pi)
-        alpha = np.array([0.0, 0.0, lead * omegadot[2], *omegadot])
-        nu_d = np.array([0.0, 0.0, lead * omega[2], *omega])
-
-        force_error = goal.tip_force - estimate.F_s[2]
-        limit = self.force_limit / self.kf
-        force_integral = min(max(state.force_integral + force_error * dt, -limit), limit)
-        side = min(max(estimate.F_s[4], -self.side_limit), self.side_limit)
-        F_sc = np.array([0.0, 0.0, goal.tip_force + self.kf * force_integral, estimate.F_s[3], side, estimate.F_s[5]])
-        F_hd = self.tool.wrench(estimate.R_WT, nu_d, alpha) - F_sc
         return ServoState(yaw_d, integral, force_integral, gammadot, alpha, age), nu_d, F_hd
 
 
@@ -144,6 +144,36 @@ def torque_servo(tool: ToolInertia, pitch: float, frequency: float = 32.0, dampi
 
 
 @compiled
+def _servo(
+    R_WT: Array, nu: Array, F_s: Array, yaw_d: float, force_integral: float, integral: Array, gammadot: Array,
+    turn_rate: float, tip_force: float, ease: float, dt: float, lead: float, turning: TurningGains,
+    pressing: PressingGains, measured: bool, mass: float, com: Array, M: Array,
+) -> tuple[float, float, Array, Array, Array, Array, Array]:  # fmt: skip
+    """(8)-(11) at once: wanted yaw, integrals of tip force and angles, Euler rates; alpha, nu_d and F_hd, all in T.
+
+    `lead` is the way along the thread with a turn of one radian [m]; `mass`, `com` and `M` are the tool's.
+    """
+    rate = nu[3:] if measured else gammadot
+    yaw_d, integral, gammadot, omega, omegadot = _turn(
+        R_WT, rate, yaw_d + turn_rate * dt, turn_rate, integral, ease, dt, turning, measured
+    )
+    alpha = np.array([0.0, 0.0, lead * omegadot[2], omegadot[0], omegadot[1], omegadot[2]])
+    nu_d = np.array([0.0, 0.0, lead * omega[2], omega[0], omega[1], omega[2]])
+    force_integral, F_sc = _press(F_s, tip_force, force_integral, dt, pressing)
+    return yaw_d, force_integral, integral, gammadot, alpha, nu_d, tool_wrench(mass, com, M, R_WT, nu_d, alpha) - F_sc
+
+
+@compiled
+def _press(F_s: Array, tip_force: float, integral: float, dt: float, gains: PressingGains) -> tuple[float, Array]:
+    """(11): the integral of the tip force's error [N.s], and the wrench F_sc (6,) that the screw is to answer with."""
+    kf, force_limit, side_limit = gains
+    limit = force_limit / kf
+    integral = min(max(integral + (tip_force - F_s[2]) * dt, -limit), limit)
+    side = min(max(F_s[4], -side_limit), side_limit)
+    return integral, np.array([0.0, 0.0, tip_force + kf * integral, F_s[3], side, F_s[5]])
+
+
+@compiled
 def _turn(
     R_WT: Array,
     rate: Array,
@@ -152,7 +182,7 @@ def _turn(
     integral: Array,
     ease: float,
     dt: float,
-    gains: tuple[float, float, float, float, float],
+    gains: TurningGains,
     measured: bool,
 ) -> tuple[float, Array, Array, Array, Array]:
     """(9) and (10) for the rotation: wanted yaw, integral, Euler rates, wanted omega and omegadot in T."""
