@@ -15,7 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import StrEnum
 from math import cos, isfinite, pi
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import daqp
 import numpy as np
@@ -35,6 +35,9 @@ PRICE = 1e2
 """Price of a newton metre beyond a drive's torque.  A wanted newton that is not given costs up to 2 |F| = 20 at a tip
 force of 10 N, and reaches a joint by some .07 m: a price of 20 / .07 is of the same size, so under overload the wrench
 gives way first by what the drive lacks, and neither term outweighs the other beyond the solver's scaling."""
+
+FRESH: Marks = np.zeros(0, dtype=np.int32)
+"""Marks of a program that has not been solved before."""
 
 BEYOND = 1e30
 """daqp's infinity."""
@@ -70,6 +73,34 @@ class Bounds:
     T: Array
     torque_least: Array
     torque_most: Array
+
+
+class Program(NamedTuple):
+    """The program in the solver's form, `min 1/2 f^T H f + slope f` with `low <= rows f <= high`, by `program`.
+
+    Attributes:
+        H: (3k, 3k) Hessian.
+        slope: (3k,) linear part.
+        rows: (sides k + k + m, 3k) faces of the pyramids, pressing forces, joint torques.
+        low: Their least values.
+        high: Their largest.
+        marks: How the solver is to begin with each.
+        A: (6, 3k) weighted map from contact forces in W to the wrench.
+        wanted: (6,) weighted wrench.
+        n_W: (k, 3) handle's outward unit normals, in W.
+        friction: (k,) coefficients counted with.
+    """
+
+    H: Array
+    slope: Array
+    rows: Array
+    low: Array
+    high: Array
+    marks: Marks
+    A: Array
+    wanted: Array
+    n_W: Array
+    friction: Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,42 +168,41 @@ class ForceSharing:
         Returns:
             The answer; its `lost` is weighted, as `wanted` is.
         """
-        k = len(n_W)
-        H, slope, rows, low, high, kinds = _program(
+        parts = program(
             A, wanted, n_W, squeeze, f_prev, self.follow, self.rest, self.sides, bounds.friction, bounds.margin,
             bounds.least, bounds.most, bounds.T, bounds.torque_least, bounds.torque_most,
+            FRESH if active is None else active,
         )  # fmt: skip
-        warm = kinds if active is None or len(active) != len(kinds) else kinds | active
-        f, _, flag, info = daqp.solve(H, slope, rows, high, low, warm, w_soft=PRICE, iter_limit=self.pivots)
-        prices = info["lam"]
-        if flag < 1 or not isfinite(f.sum()):
-            return self._nothing(A, wanted, n_W, bounds, kinds)
-        f_W = f.reshape(k, 3)
-        lost, overload, marks = _outcome(f, prices, A, wanted, bounds.T, bounds.torque_least, bounds.torque_most)
-        limited = marks[len(rows) - len(bounds.T) :] != 0
-        return ContactForces(
-            f_W=f_W,
-            lost=lost,
-            margin=margins(f_W, n_W, bounds.friction),
-            limited=limited,
-            overload=overload,
-            status=Sharing.OVERLOADED if limited.any() else Sharing.SOLVED,
-            iterations=int(info["iterations"]),
-            active=marks,
-        )
+        return self.solve(Program(*parts))
 
-    def _nothing(self, A: Array, wanted: Array, n_W: Array, bounds: Bounds, kinds: Marks) -> ContactForces:
+    def solve(self, posed: Program) -> ContactForces:
+        """Solves a program that stands already."""
+        f, _, flag, info = daqp.solve(
+            posed.H, posed.slope, posed.rows, posed.high, posed.low, posed.marks, w_soft=PRICE, iter_limit=self.pivots
+        )
+        finite, f_W, lost, margin, limited, overload, marks = _outcome(
+            f, info["lam"], posed.A, posed.wanted, posed.n_W, posed.friction, posed.rows, posed.low, posed.high,
+            self.sides,
+        )  # fmt: skip
+        if flag < 1 or not finite:
+            return self._nothing(posed)
+        status = Sharing.OVERLOADED if limited.any() else Sharing.SOLVED
+        return ContactForces(f_W, lost, margin, limited, overload, status, int(info["iterations"]), marks)
+
+    def _nothing(self, posed: Program) -> ContactForces:
         """The largest forces along the normals, which satisfy every hard row."""
-        f_W = -bounds.most[:, None] * n_W
-        none = np.zeros(len(bounds.T))
+        k = len(posed.n_W)
+        most = posed.high[self.sides * k : (self.sides + 1) * k]
+        f_W = -most[:, None] * posed.n_W
+        none = np.zeros(len(posed.rows) - (self.sides + 1) * k)
         return ContactForces(
-            f_W, wanted - A @ f_W.ravel(), bounds.friction * bounds.most, none > 0.0, none, Sharing.FAILED,
-            self.pivots, np.zeros_like(kinds),
+            f_W, posed.wanted - posed.A @ f_W.ravel(), posed.friction * most, none > 0.0, none, Sharing.FAILED,
+            self.pivots, np.zeros_like(posed.marks),
         )  # fmt: skip
 
 
 @compiled
-def _program(
+def program(
     A: Array,
     wanted: Array,
     n_W: Array,
@@ -188,8 +218,9 @@ def _program(
     T: Array,
     torque_least: Array,
     torque_most: Array,
-) -> tuple[Array, Array, Array, Array, Array, Marks]:
-    """Hessian and slope; then rows, their bounds and their kinds: pyramids, pressing forces, joint torques."""
+    active: Marks,
+) -> tuple[Array, Array, Array, Array, Array, Marks, Array, Array, Array, Array]:
+    """What `Program` holds; arguments as for `ForceSharing.share`, `active` empty for a fresh start."""
     k, m = len(n_W), len(T)
     H = np.dot(A.T, A)
     slope = np.dot(-wanted, A)
@@ -207,21 +238,28 @@ def _program(
         rows[cones + i, at] = -n_W[i]
         low[cones + i], high[cones + i] = least[i], most[i]
     rows[cones + k :], low[cones + k :], high[cones + k :] = T, torque_least, torque_most
-    kinds = np.zeros(len(rows), dtype=np.int32)
-    kinds[cones + k :] = SOFT
-    return H, slope, rows, low, high, kinds
+    marks = np.zeros(len(rows), dtype=np.int32)
+    marks[cones + k :] = SOFT
+    if len(active) == len(rows):
+        marks |= active
+    return H, slope, rows, low, high, marks, A, wanted, n_W, friction
 
 
 @compiled
 def _outcome(
-    f: Array, prices: Array, A: Array, wanted: Array, T: Array, torque_least: Array, torque_most: Array
-) -> tuple[Array, Array, Marks]:
-    """What of the wanted wrench is lost, joint torques beyond their bounds, and marks of the rows that bind."""
-    torque = np.dot(T, f)
-    overload = np.maximum(np.maximum(torque - torque_most, torque_least - torque), 0.0)
+    f: Array, prices: Array, A: Array, wanted: Array, n_W: Array, friction: Array, rows: Array, low: Array, high: Array,
+    sides: int,
+) -> tuple[bool, Array, Array, Array, Flags, Array, Marks]:  # fmt: skip
+    """Whether there are numbers; forces, lost wrench, margins, drives at bounds, torques beyond them, and marks."""
+    k = len(n_W)
+    torques = (sides + 1) * k
+    torque = np.dot(rows[torques:], f)
+    overload = np.maximum(np.maximum(torque - high[torques:], low[torques:] - torque), 0.0)
     marks = np.zeros(len(prices), dtype=np.int32)
     for i in range(len(prices)):
         # a row that binds at its upper bound is marked 1, at its lower 3
         if prices[i] != 0.0:
             marks[i] = 1 if prices[i] > 0.0 else 3
-    return wanted - np.dot(A, f), overload, marks
+    f_W = f.copy().reshape(k, 3)
+    limited, lost = marks[torques:] != 0, wanted - np.dot(A, f)
+    return isfinite(f.sum()), f_W, lost, margins(f_W, n_W, friction), limited, overload, marks

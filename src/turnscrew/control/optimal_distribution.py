@@ -7,16 +7,17 @@ from math import hypot
 
 import numpy as np
 
-from turnscrew.contact.force_sharing import Bounds, ForceSharing, Marks
+from turnscrew.contact.force_sharing import FRESH, ForceSharing, Marks, Program, Sharing, program
 from turnscrew.contact.grasp import weighted_grasp_matrix
 from turnscrew.control.wanted_forces import WantedForces
 from turnscrew.geometry.arrays import Array, Rows
 from turnscrew.geometry.compiled import compiled
-from turnscrew.robot.joints import ARM, FINGERS
+from turnscrew.robot.joints import ARM, DRIVEN, FINGERS
 from turnscrew.robot.model import RobotModel
 from turnscrew.robot.motors import DRIVE_LIMITS
 from turnscrew.signals import GRIP, Estimate, Goal
 
+FINGER_COUNT = len(FINGERS)
 ARM_DRIVES = len(ARM)
 HAND = slice(ARM_DRIVES, None)
 """Drives whose torque contact forces may exhaust: the arm's has fifty times what a fingertip asks of it."""
@@ -114,26 +115,20 @@ class OptimalDistribution:
         Paper: in place of (15) and (16); the error integral of IV-C is not needed where torques press as told.
         """
         rows = ((goal.roles == GRIP) & (goal.share > 0)).nonzero()[0]
-        none = WantedForces.none(F_hd)
         if len(rows) == 0:
-            return self.init(), none
+            return self.init(), WantedForces.none(F_hd)
         held = tuple(rows.tolist())
-        n_W, c_W = estimate.n_W[rows], estimate.c_W[rows]
-        alarm = self._alarm(state, estimate, dt)
-        weights = self.sharing.weights(estimate.radius)
-        A = weighted_grasp_matrix(c_W, estimate.p_WT, estimate.R_WT, weights)
-        squeeze = goal.squeeze[rows] + alarm * goal.share[rows]
-        solved = self.sharing.share(
-            A, weights * F_hd, n_W, squeeze, state.f_W[rows], self._bounds(state, goal, estimate, rows),
-            state.active if state.held == held else None,
-        )  # fmt: skip
-        f_W, margin, limited = none.f_W, none.margin, none.limited
-        f_W[rows], margin[rows] = solved.f_W, solved.margin
+        alarm, weights = self._alarm(state, estimate, dt), self.sharing.weights(estimate.radius)
+        active = state.active if state.held == held and state.active is not None else FRESH
+        solved = self.sharing.solve(self._posed(state, goal, estimate, F_hd, rows, alarm, weights, active))
         # drives at their limits take the margin first; only when that is spent do they hold back the wrench
-        spare = state.spare - dt / SPEND if solved.limited.any() else state.spare + dt / REGAIN
+        full = solved.status is Sharing.OVERLOADED
+        spare = state.spare - dt / SPEND if full else state.spare + dt / REGAIN
         spare = min(max(spare, 0.0), 1.0)
+        f_W, margin, lost = _spread(rows, solved.f_W, solved.margin, solved.lost, weights)
+        limited = np.zeros(len(DRIVEN), dtype=bool)
         limited[HAND] = solved.limited & (spare == 0.0)
-        return Shared(f_W, held, solved.active, alarm, spare), WantedForces(f_W, solved.lost / weights, margin, limited)
+        return Shared(f_W, held, solved.active, alarm, spare), WantedForces(f_W, lost, margin, limited)
 
     def _alarm(self, state: Shared, estimate: Estimate, dt: float) -> float:
         """Squeeze that a leaning tool asks for [N]: at once, and fading."""
@@ -141,15 +136,48 @@ class OptimalDistribution:
         wanted = max(self.reflex * (leaning - QUIET), state.alarm * (1.0 - dt / self.calm))
         return min(wanted, self.most_reflex)
 
-    def _bounds(self, state: Shared, goal: Goal, estimate: Estimate, rows: Rows) -> Bounds:
-        dynamics = self.robot.dynamics(estimate.q, estimate.v)
+    def _posed(
+        self, state: Shared, goal: Goal, estimate: Estimate, F_hd: Array, rows: Rows, alarm: float, weights: Array,
+        active: Marks,
+    ) -> Program:  # fmt: skip
+        dynamics, sharing = self.robot.dynamics(estimate.q, estimate.v), self.sharing
         J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)
-        trusted = self.friction * estimate.grip[rows]
-        friction, margin, least, most = _contact_bounds(
-            goal.share[rows], trusted, self.firm, state.spare * self.margin, self.least, self.first, self.most
-        )
-        T, torque_least, torque_most = _torque_bounds(J, rows, dynamics.bias, self._room)
-        return Bounds(friction, margin, least, most, T, torque_least, torque_most)
+        return Program(*_posed(
+            rows, goal.share, goal.squeeze, estimate.c_W, estimate.n_W, estimate.grip, estimate.p_WT, estimate.R_WT,
+            F_hd, weights, state.f_W, active, J, dynamics.bias, self._room, alarm, state.spare * self.margin,
+            (self.friction, self.firm, self.least, self.first, self.most), (sharing.follow, sharing.rest),
+            sharing.sides,
+        ))  # fmt: skip
+
+
+@compiled
+def _posed(
+    rows: Rows, share: Array, squeeze: Array, c_W: Array, n_W: Array, grip: Array, p_WT: Array, R_WT: Array,
+    F_hd: Array, weights: Array, f_prev: Array, active: Marks, J: Array, bias: Array, room: Array, alarm: float,
+    margin: float, limits: tuple[float, float, float, float, float], prices: tuple[float, float], sides: int,
+) -> tuple[Array, Array, Array, Array, Array, Marks, Array, Array, Array, Array]:  # fmt: skip
+    """The program for the contacts of the fingers in `rows`: `weighted_grasp_matrix`, bounds and `program` at once.
+
+    All arrays of five are the messages'; `limits` has friction, firm, least, first and most, `prices` follow and rest.
+    """
+    friction, firm, least, first, most = limits
+    follow, rest = prices
+    held, n = share[rows], n_W[rows]
+    A = weighted_grasp_matrix(c_W[rows], p_WT, R_WT, weights)
+    bounds = _contact_bounds(held, friction * grip[rows], firm, margin, least, first, most)
+    T, torque_least, torque_most = _torque_bounds(J, rows, bias, room)
+    return program(
+        A, weights * F_hd, n, squeeze[rows] + alarm * held, f_prev[rows], follow, rest, sides, bounds[0], bounds[1],
+        bounds[2], bounds[3], T, torque_least, torque_most, active,
+    )  # fmt: skip
+
+
+@compiled
+def _spread(rows: Rows, f_W: Array, margin: Array, lost: Array, weights: Array) -> tuple[Array, Array, Array]:
+    """Forces (5, 3) and margins (5,) of all fingers from those of the fingers in `rows`, and the lost wrench itself."""
+    forces, spare = np.zeros((FINGER_COUNT, 3)), np.full(FINGER_COUNT, np.nan)
+    forces[rows], spare[rows] = f_W, margin
+    return forces, spare, lost / weights
 
 
 @compiled
