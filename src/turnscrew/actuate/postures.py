@@ -9,7 +9,7 @@ import numpy as np
 from turnscrew.geometry.arrays import Array, Rows
 from turnscrew.geometry.compiled import compiled
 from turnscrew.geometry.small import solve_positive
-from turnscrew.robot.coupling import DRIVE, DRIVEN_INDEX, SELECTION
+from turnscrew.robot.coupling import DRIVE, DRIVE_OF_JOINT, DRIVEN_INDEX
 from turnscrew.robot.joints import ARM, COUPLED, FINGERS, HAND_FINGERS, WRIST
 from turnscrew.robot.model import Dynamics
 from turnscrew.signals import FREE, GRIP, REACH, Goal
@@ -23,9 +23,6 @@ FINGER_DRIVES = [
     np.array([DRIVE[joint] for joint in HAND_FINGERS[finger] if joint not in COUPLED]) for finger in FINGERS
 ]
 """Drives of each finger, palm outwards."""
-
-JOINTS_OF_FINGER = [np.ascontiguousarray(SELECTION[:, drives]) for drives in FINGER_DRIVES]
-"""(28, n) for each finger: which joints follow which of its drives."""
 
 FINGER_OF_DRIVE = np.zeros(len(DRIVEN_INDEX), dtype=np.intp)
 """Row of the finger that a drive moves; arm and wrist, which move none alone, have 0 and are set apart."""
@@ -102,12 +99,15 @@ class Postures:
     margin: float = 0.005
     _low: Array = field(init=False, repr=False, compare=False)
     _high: Array = field(init=False, repr=False, compare=False)
+    _paces: tuple[float, float, float, float, float] = field(init=False, repr=False, compare=False)
     _gains: tuple[Array, tuple[float, float], tuple[float, float]] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         low, high = self.limits[DRIVEN_INDEX].T
         object.__setattr__(self, "_low", low + self.margin)
         object.__setattr__(self, "_high", high - self.margin)
+        paces = (self.follow, self.speed, self.acceleration, self.push, self.integral_limit)
+        object.__setattr__(self, "_paces", tuple(map(float, paces)))
         palm = [self.arm] * len(ARM) + [self.wrist] * len(WRIST)
         gains = (np.array([[part.kp, part.kv, part.ki] for part in palm]), *map(_two, (self.finger, self.guide)))
         object.__setattr__(self, "_gains", gains)
@@ -116,43 +116,63 @@ class Postures:
         """Postures begin where the joints are: angles (28,) [rad]."""
         return Posture(q[DRIVEN_INDEX], np.zeros(len(DRIVEN_INDEX)), np.zeros(CARRIERS))
 
-    def update(self, state: Posture, goal: Goal, dynamics: Dynamics, q: Array, dt: float) -> tuple[Posture, Array]:
+    def update(
+        self, state: Posture, goal: Goal, dynamics: Dynamics, q: Array, v: Array, dt: float
+    ) -> tuple[Posture, Array]:
         """Moves the postures on.
 
         Args:
             state: Of the last beat.
             goal: Roles, free postures, approach and the palm's twist.
             dynamics: Jacobians.
-            q: (24,) joint angles [rad].
+            q: (28,) joint angles [rad].
+            v: (28,) joint speeds [rad/s].
             dt: Time since the last beat [s].
 
         Returns:
-            The new state, and the postures' rates (24,) [rad/s].
+            The new state, and the accelerations (24,) that hold the joints to their postures [rad/s2].
         """
-        roles = goal.roles[FINGER_OF_DRIVE]
-        roles[PALM] = PALM_ROLE
-        rate = _follow(
-            goal.q_free[DRIVEN_INDEX] - state.q, state.rate, roles, self.follow, self.speed, self.acceleration, dt
-        )
-        if goal.V_palm.any():
-            rate[PALM] = _shift(dynamics.J_palm, goal.V_palm)
-        for row in (goal.roles == REACH).nonzero()[0].tolist():
-            drives = FINGER_DRIVES[row]
-            ahead = (state.q - q)[drives]
-            rate[drives] = _feel(dynamics.tips.J[row], JOINTS_OF_FINGER[row], ahead, goal.approach[row], self.push)
-        posture, integral = _advance(
-            state.q, q, rate, roles, state.integral, self.integral_limit, self._low, self._high, dt
-        )
-        return Posture(posture, rate, integral), rate
-
-    def accelerations(self, state: Posture, goal: Goal, q: Array, v: Array, rate: Array) -> Array:
-        """Accelerations (24,) that hold the joints to their postures [rad/s2]; arguments as for `update`."""
-        guided = goal.q_guide[DRIVEN_INDEX] - q
-        return _accelerate(state.q - q, rate - v, guided, v, state.integral, goal.roles[FINGER_OF_DRIVE], *self._gains)
+        posture, rate, integral, qddot = _held(
+            state.q, state.rate, state.integral, goal.roles, goal.q_free, goal.q_guide, goal.V_palm, goal.approach,
+            dynamics.J_palm, dynamics.tips.J, q, v, self._low, self._high, self._paces, self._gains, dt,
+        )  # fmt: skip
+        return Posture(posture, rate, integral), qddot
 
 
 def _two(gains: Gains) -> tuple[float, float]:
     return float(gains.kp), float(gains.kv)
+
+
+@compiled
+def _held(
+    posture: Array, rate: Array, integral: Array, roles: Rows, q_free: Array, q_guide: Array, V_palm: Array,
+    approach: Array, J_palm: Array, J_tips: Array, q: Array, v: Array, low: Array, high: Array,
+    paces: tuple[float, float, float, float, float],
+    gains: tuple[Array, tuple[float, float], tuple[float, float]], dt: float,
+) -> tuple[Array, Array, Array, Array]:  # fmt: skip
+    """`Postures.update` at once: postures, rates, integrals and accelerations."""
+    follow, speed, acceleration, push, most = paces
+    role, driven = roles[FINGER_OF_DRIVE], q[DRIVEN_INDEX]
+    role[:CARRIERS] = PALM_ROLE
+    rate = _follow(q_free[DRIVEN_INDEX] - posture, rate, role, follow, speed, acceleration, dt)
+    if V_palm.any():
+        rate[:CARRIERS] = _shift(J_palm, V_palm)
+    for finger in range(len(roles)):
+        if roles[finger] == REACH:
+            drives = _drives_of(finger)
+            ahead = (posture - driven)[drives]
+            rate[drives] = _feel(J_tips[finger], drives, ahead, approach[finger], push)
+    posture, integral = _advance(posture, driven, rate, role, integral, most, low, high, dt)
+    speeds = v[DRIVEN_INDEX]
+    guided = q_guide[DRIVEN_INDEX] - driven
+    qddot = _accelerate(posture - driven, rate - speeds, guided, speeds, integral, role, *gains)
+    return posture, rate, integral, qddot
+
+
+@compiled
+def _drives_of(finger: int) -> Rows:
+    """Drives of a finger, palm outwards."""
+    return CARRIERS + np.flatnonzero(FINGER_OF_DRIVE[CARRIERS:] == finger)
 
 
 @compiled
@@ -164,13 +184,17 @@ def _shift(J: Array, V: Array) -> Array:
 
 
 @compiled
-def _feel(J: Array, moved: Array, ahead: Array, approach: Array, push: float) -> Array:
+def _feel(J_tip: Array, drives: Rows, ahead: Array, approach: Array, push: float) -> Array:
     """Rates (n,) of a finger that moves its tip at `approach` (3,), until it is told too far ahead of itself [rad/s].
 
-    J (6, 28) is the tip's Jacobian, `moved` (28, n) the joints that follow the finger's drives, and `ahead` (n,) what
-    these are told ahead of themselves [rad].
+    J_tip (6, 28) is the tip's Jacobian, and `ahead` (n,) what the finger's drives (n,) are told ahead of themselves
+    [rad].
     """
-    J = np.dot(J[:3], moved)
+    J = np.zeros((3, len(drives)))
+    for column in range(len(drives)):
+        for joint in range(len(DRIVE_OF_JOINT)):
+            if DRIVE_OF_JOINT[joint] == drives[column]:
+                J[:, column] += J_tip[:3, joint]
     lead = np.dot(J, ahead)
     if np.dot(lead, lead) >= push * push:
         return np.zeros(len(ahead))

@@ -9,10 +9,10 @@ import numpy as np
 from turnscrew.actuate.joint_motion import consistent_inverse, joint_accelerations, joint_speeds
 from turnscrew.actuate.postures import CARRIERS, Posture, Postures
 from turnscrew.contact.rolling_motion import contact_accelerations, contact_velocities
-from turnscrew.geometry.arrays import Array, Rows
+from turnscrew.geometry.arrays import Array, Flags, Rows
 from turnscrew.geometry.compiled import compiled
 from turnscrew.robot.contact_jacobian import contact_bias
-from turnscrew.robot.coupling import DRIVEN_INDEX, SELECTION
+from turnscrew.robot.coupling import SELECTION
 from turnscrew.robot.model import RobotModel
 from turnscrew.robot.motors import DRIVE_LIMITS
 from turnscrew.signals import GRIP, Command, Effort, Estimate, Goal
@@ -74,21 +74,37 @@ class TorqueAdapter:
             wanted contact forces for the sensed ones.
         """
         dynamics = self.robot.dynamics(estimate.q, estimate.v)
-        q, v = estimate.q[DRIVEN_INDEX], estimate.v[DRIVEN_INDEX]
-        state, rate = self.postures.update(state, goal, dynamics, q, dt)
-        qddot = self.postures.accelerations(state, goal, q, v, rate)
-        rows = (goal.roles == GRIP).nonzero()[0]
-        if len(rows):
-            J, tips = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W), dynamics.tips
-            tau = _carrying(
-                dynamics.M, dynamics.bias, self._damping, J, tips.J, dynamics.Jdot_v, tips.p_WF, rows, estimate.v,
-                estimate.c_W, estimate.p_WT, estimate.R_WT, estimate.nu, effort.nu_d, effort.alpha, effort.f_W, qddot,
-                rate, self.palm_weight,
-            )  # fmt: skip
-        else:
-            tau = dynamics.bias + dynamics.M @ qddot + self._damping * rate
-        within = np.minimum(np.maximum(tau, -DRIVE_LIMITS), DRIVE_LIMITS)
-        return state, Command(None, tau != within, within)
+        state, qddot = self.postures.update(state, goal, dynamics, estimate.q, estimate.v, dt)
+        J, tips = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W), dynamics.tips
+        tau, saturated = _torques(
+            dynamics.M, dynamics.bias, self._damping, J, tips.J, dynamics.Jdot_v, tips.p_WF, goal.roles, estimate.v,
+            estimate.c_W, estimate.p_WT, estimate.R_WT, estimate.nu, effort.nu_d, effort.alpha, effort.f_W, qddot,
+            state.rate, self.palm_weight, DRIVE_LIMITS,
+        )  # fmt: skip
+        return state, Command(None, saturated, tau)
+
+
+@compiled
+def _torques(
+    M: Array, bias: Array, damping: Array, J: Array, J_tips: Array, Jdot_v: Array, p_WF: Array, roles: Rows, v: Array,
+    c_W: Array, p_WT: Array, R_WT: Array, nu: Array, nu_d: Array, alpha: Array, f_W: Array, qddot: Array, rate: Array,
+    palm_weight: float, limits: Array,
+) -> tuple[Array, Flags]:  # fmt: skip
+    """(17) and (18): torques (24,) within the drives' limits [N.m], and which had to be cut.
+
+    J (5, 3, 24) has the contacts' Jacobians, J_tips (5, 6, 28), Jdot_v (5, 6) and p_WF (5, 3) tell of the fingertips'
+    frames, `qddot` and `rate` (24,) of the postures, and the rest is as the messages have it.
+    """
+    rows = np.flatnonzero(roles == GRIP)
+    if len(rows):
+        tau = _carrying(
+            M, bias, damping, J, J_tips, Jdot_v, p_WF, rows, v, c_W, p_WT, R_WT, nu, nu_d, alpha, f_W, qddot, rate,
+            palm_weight,
+        )  # fmt: skip
+    else:
+        tau = bias + np.dot(M, qddot) + damping * rate
+    within = np.minimum(np.maximum(tau, -limits), limits)
+    return within, tau != within
 
 
 @compiled
@@ -97,11 +113,7 @@ def _carrying(
     c_W: Array, p_WT: Array, R_WT: Array, nu: Array, nu_d: Array, alpha: Array, f_W: Array, qddot: Array, rate: Array,
     palm_weight: float,
 ) -> Array:  # fmt: skip
-    """Torques (24,) [N.m] while the fingers in `rows` carry the tool, and accelerations and rates (24,) of postures.
-
-    J (5, 3, 24) has the contacts' Jacobians, J_tips (5, 6, 28), Jdot_v (5, 6) and p_WF (5, 3) tell of the fingertips'
-    frames, and the rest is as the messages have it.
-    """
+    """Torques (24,) [N.m] while the fingers in `rows` carry the tool; arguments as for `_torques`."""
     J_c, c = J[rows].reshape(-1, len(M)), c_W[rows]
     # a contact travels with the tool and over it; over it by a few mm/s, whose effect on (17) is below 1 % of alpha
     cdot = contact_velocities(c, p_WT, R_WT, nu)
