@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from math import hypot
 
 import mujoco
 import numpy as np
 
 from turnscrew.geometry.arrays import Array, Flags
-from turnscrew.geometry.rotations import cross
+from turnscrew.plant.touches import Touches, felt, on_tool, touches, velocities
 from turnscrew.robot.joints import FINGERS
 
 SLOT_GEOMS = ("slot_floor", "slot_left", "slot_right", "slot_front", "slot_back")
@@ -52,22 +52,14 @@ class Truth:
     c_W: Array
 
 
-class Touch(NamedTuple):
-    """A contact: its geoms, its point in W [m], and the force of the first on the second in W [N]."""
-
-    one: int
-    other: int
-    point: Array
-    force: Array
-
-
 class ContactReader:
     """Finds the contacts of fingertips, tool and screw in a state."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        self._model = model
         self.tool_body = model.body("tool").id
-        self._tip_bodies = [model.body(f"{finger.lower()}distal").id for finger in FINGERS]
+        self._tip_bodies = np.array([model.body(f"{finger.lower()}distal").id for finger in FINGERS])
+        self._moving = np.array([self.tool_body, *self._tip_bodies])
+        self._roots = model.body_rootid[self._moving]
         self._row = np.full(model.ngeom, -1)
         for row, finger in enumerate(FINGERS):
             self._row[model.geom(f"C_{finger.lower()}distal").id] = row
@@ -82,22 +74,16 @@ class ContactReader:
         self._thread = model.actuator("thread").id
         self._depth = 2 * float(model.geom("slot_left").size[2])
         self._watched = self._is_tool | (self._row >= 0)
-        self._force = np.zeros(6)
         self._time = np.nan
-        self._found: list[Touch] = []
+        self._found = Touches(np.zeros((0, 2), np.intp), np.zeros((0, 3)), np.zeros((0, 3)))
 
-    def _contacts(self, data: mujoco.MjData) -> list[Touch]:
+    def _contacts(self, data: mujoco.MjData) -> Touches:
         """Contacts of fingertips and tool in this state; worked out once a state."""
         if data.time != self._time:
-            self._time = data.time
-            pairs = data.contact.geom
-            frames, points = data.contact.frame, data.contact.pos
-            self._found = []
-            for index in np.flatnonzero(self._watched[pairs].any(axis=1)).tolist():
-                mujoco.mj_contactForce(self._model, data, index, self._force)
-                one, other = pairs[index].tolist()
-                force = self._force[:3] @ frames[index].reshape(3, 3)
-                self._found.append(Touch(one, other, points[index].copy(), force))
+            self._time, found = data.time, data.contact
+            self._found = Touches(
+                *touches(found.geom, found.frame, found.pos, found.efc_address, data.efc_force, self._watched)
+            )
         return self._found
 
     def forget(self) -> None:
@@ -106,33 +92,18 @@ class ContactReader:
 
     def fingertip_forces(self, data: mujoco.MjData) -> Array:
         """Force (5, 3) of each fingertip on whatever it touches, in its frame F [N]."""
-        forces = np.zeros((5, 3))
-        for touch in self._contacts(data):
-            if self._row[touch.one] >= 0:
-                forces[self._row[touch.one]] += touch.force
-            if self._row[touch.other] >= 0:
-                forces[self._row[touch.other]] -= touch.force
-        R = data.xmat[self._tip_bodies].reshape(5, 3, 3)
-        return np.asarray(np.matmul(forces[:, None, :], R)[:, 0])
+        found = self._contacts(data)
+        return felt(found.geoms, found.forces, self._row, data.xmat, self._tip_bodies)
 
     def truth(self, data: mujoco.MjData) -> Truth:
         """The whole truth at a state."""
-        p_WT, R_WT = data.xpos[self.tool_body].copy(), data.xmat[self.tool_body].reshape(3, 3).copy()
-        p_WS = data.xpos[self._screw_body].copy()
-        f_W, wrench, c_W = np.zeros((5, 3)), np.zeros(6), np.full((5, 3), np.nan)
-        for touch in self._contacts(data):
-            toucher, force = touch.one, touch.force
-            if self._is_tool[touch.one]:
-                toucher, force = touch.other, -force
-            elif not self._is_tool[touch.other]:
-                continue
-            if self._row[toucher] >= 0:
-                f_W[self._row[toucher]] += force
-                c_W[self._row[toucher]] = touch.point
-            elif self._is_slot[toucher]:
-                wrench[:3] += force
-                wrench[3:] += cross(touch.point - p_WT, force)
-        in_slot = (p_WT - p_WS) @ data.xmat[self._screw_body].reshape(3, 3)
+        xpos, tool, screw = data.xpos, self.tool_body, self._screw_body
+        p_WT, R_WT, p_WS = xpos[tool].copy(), data.xmat[tool].reshape(3, 3).copy(), xpos[screw].copy()
+        f_W, c_W, touching, F_s = on_tool(
+            *self._contacts(data), self._row, self._is_tool, self._is_slot, p_WT, R_WT, TOUCH_FORCE
+        )
+        V = velocities(xpos, data.cvel, data.subtree_com, self._moving, self._roots)
+        x, y, z = ((p_WT - p_WS) @ data.xmat[screw].reshape(3, 3)).tolist()
         return Truth(
             p_WT=p_WT,
             R_WT=R_WT,
@@ -140,21 +111,15 @@ class ContactReader:
             theta=-float(data.qpos[self._hinge]),
             advance=-float(data.qpos[self._slide]),
             thread_torque=float(data.ctrl[self._thread]),
-            F_s=np.concatenate([wrench[:3] @ R_WT, wrench[3:] @ R_WT]),
+            F_s=F_s,
             f_W=f_W,
-            touching=np.linalg.norm(f_W, axis=1) > TOUCH_FORCE,
-            tip_in_drive=bool(abs(in_slot[2]) < self._depth and float(np.hypot(in_slot[0], in_slot[1])) < IN_DRIVE),
-            V_WT=self._velocity(data, self.tool_body),
-            p_WF=data.xpos[self._tip_bodies].copy(),
-            V_WF=np.array([self._velocity(data, body) for body in self._tip_bodies]),
+            touching=touching,
+            tip_in_drive=abs(z) < self._depth and hypot(x, y) < IN_DRIVE,
+            V_WT=V[0],
+            p_WF=xpos[self._tip_bodies],
+            V_WF=V[1:],
             c_W=c_W,
         )
-
-    def _velocity(self, data: mujoco.MjData, body: int) -> Array:
-        """Velocity (6,) of a body's origin in W, linear first."""
-        V = np.empty(6)
-        mujoco.mj_objectVelocity(self._model, data, mujoco.mjtObj.mjOBJ_XBODY, body, V, 0)
-        return np.concatenate([V[3:], V[:3]])
 
 
 TOUCH_FORCE = 0.05

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from dataclasses import dataclass, field
 from math import acos, degrees, dist, hypot, sqrt
 
 import numpy as np
 
 from turnscrew.contact.rolling import slip_velocity
-from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.geometry.compiled import compiled
 from turnscrew.geometry.euler import tilt
 from turnscrew.geometry.rotations import log_so3
@@ -19,6 +20,9 @@ from turnscrew.task.summary import ForceError, PoseError, PoseErrorOf, Spread, W
 
 LEAST_ROUND = np.radians(20.0)
 """Net angle of the screw below which a round does not count [rad]."""
+
+LEAST_FORCE = 0.5
+"""Force below which its direction is not judged [N]."""
 
 LEAST_SUPPORT = 0.99
 """Share of the turning time with two fingertips in contact below which no round counts."""
@@ -66,10 +70,54 @@ def pose_error(p_WT: Array, R_WT: Array, true_p_WT: Array, true_R_WT: Array) -> 
     return sqrt(np.dot(away, away)), hypot(turn[0], turn[1]), turn[2]
 
 
-def _outwards(r: Array, axis: Array) -> Array:
-    """Unit vector from the tool's axis to a point of its handle, r (3,) from the tip [m]."""
-    across = r - (r @ axis) * axis
-    return np.asarray(across / np.sqrt(across @ across))
+@compiled
+def slipped(
+    slip: Array, touching: Flags, c_W: Array, p_WT: Array, R_WT: Array, V_WT: Array, p_WF: Array, V_WF: Array, dt: float
+) -> tuple[Array, float]:
+    """How far fingertips have slipped over the handle since each began to touch.
+
+    Args:
+        slip: (5, 3) at the last tick, in W [m].
+        touching: Which touch now; the other arguments are the truth's, too.
+        c_W: (5, 3).
+        p_WT: (3,).
+        R_WT: (3, 3).
+        V_WT: (6,).
+        p_WF: (5, 3).
+        V_WF: (5, 6).
+        dt: Time since the last tick [s].
+
+    Returns:
+        (5, 3) in W, and the farthest of them [m].
+    """
+    after, farthest = np.zeros((len(slip), 3)), 0.0
+    for row in range(len(slip)):
+        if touching[row]:
+            v = slip_velocity(c_W[row], p_WT, V_WT, p_WF[row], V_WF[row])
+            # what goes along the normal dents the fingertip and slides nowhere
+            r = c_W[row] - p_WT
+            across = r - np.dot(r, R_WT[:, 2].copy()) * R_WT[:, 2]
+            n = across / sqrt(np.dot(across, across))
+            after[row] = slip[row] + (v - np.dot(v, n) * n) * dt
+            farthest = max(farthest, sqrt(np.dot(after[row], after[row])))
+    return after, farthest
+
+
+@compiled
+def force_errors(f_W: Array, true_f_W: Array, counts: Flags) -> tuple[Array, Array]:
+    """Errors of fingertip forces (5, 3) that count: of their size [N], and the angle to the true one [rad], (5,) each.
+
+    Not a number where a force does not count or, for the angle, where one of the two is below half a newton.
+    """
+    size, angle = np.full(len(f_W), np.nan), np.full(len(f_W), np.nan)
+    for row in range(len(f_W)):
+        if counts[row]:
+            f, g = true_f_W[row], f_W[row]
+            true, read = sqrt(np.dot(f, f)), sqrt(np.dot(g, g))
+            size[row] = read - true
+            if true > LEAST_FORCE and read > LEAST_FORCE:
+                angle[row] = acos(min(max(np.dot(f, g) / (true * read), -1.0), 1.0))
+    return size, angle
 
 
 @dataclass
@@ -83,7 +131,7 @@ class Judge:
     rounds: int = 0
     turning: float = 0.0
     supported: float = 0.0
-    samples: dict[str, Sample] = field(default_factory=dict)
+    samples: dict[str, Sample] = field(default_factory=lambda: defaultdict(Sample))
     _slip: Array = field(default_factory=lambda: np.zeros((len(FINGERS), 3)))
     _gait_round: int = 0
     _theta: float = 0.0
@@ -111,29 +159,23 @@ class Judge:
         return self.supported / self.turning if self.turning else 1.0
 
     def _watch_fingers(self, truth: Truth) -> None:
-        for row in range(len(FINGERS)):
-            if not truth.touching[row]:
-                self._slip[row] = 0.0
-                continue
-            slip = slip_velocity(truth.c_W[row], truth.p_WT, truth.V_WT, truth.p_WF[row], truth.V_WF[row])
-            # what goes along the normal dents the fingertip and slides nowhere
-            n = _outwards(truth.c_W[row] - truth.p_WT, truth.R_WT[:, 2])
-            self._slip[row] += (slip - (slip @ n) * n) * self.dt
-            self.finger_slip = max(self.finger_slip, hypot(*self._slip[row]))
+        self._slip, farthest = slipped(
+            self._slip, truth.touching, truth.c_W, truth.p_WT, truth.R_WT, truth.V_WT, truth.p_WF, truth.V_WF, self.dt
+        )
+        self.finger_slip = max(self.finger_slip, farthest)
 
     def _watch_errors(self, truth: Truth, tick: Tick) -> None:
         estimate, vision = tick.estimate, tick.measurement.vision
         self._pose("refined", estimate.p_WT, estimate.R_WT, truth)
         if vision is not None:
             self._pose("raw", vision.p_WT, vision.R_WT, truth)
-        self._sample("wrench.force", dist(estimate.F_s[:3], truth.F_s[:3]))
-        self._sample("wrench.torque", float(estimate.F_s[5] - truth.F_s[5]))
-        for row in np.flatnonzero(truth.touching & estimate.touching):
-            f, g = truth.f_W[row], estimate.f_W[row]
-            size, other = hypot(*f), hypot(*g)
-            self._sample("force.magnitude", other - size)
-            if size > 0.5 and other > 0.5:
-                self._sample("force.direction", acos(min(max(float(f @ g) / (size * other), -1.0), 1.0)))
+        x, y, z, _, _, torque = (estimate.F_s - truth.F_s).tolist()
+        self._sample("wrench.force", hypot(x, y, z))
+        self._sample("wrench.torque", torque)
+        sizes, angles = force_errors(estimate.f_W, truth.f_W, truth.touching & estimate.touching)
+        for size, angle in zip(sizes.tolist(), angles.tolist(), strict=True):
+            self._sample("force.magnitude", size)
+            self._sample("force.direction", angle)
 
     def _pose(self, name: str, p_WT: Array, R_WT: Array, truth: Truth) -> None:
         position, lean, turn = pose_error(p_WT, R_WT, truth.p_WT, truth.R_WT)
@@ -142,10 +184,10 @@ class Judge:
         self._sample(f"{name}.yaw", degrees(turn))
 
     def _sample(self, name: str, value: float) -> None:
-        self.samples.setdefault(name, Sample()).add(value)
+        self.samples[name].add(value)
 
     def _spread(self, name: str) -> Spread:
-        return self.samples.get(name, Sample()).spread()
+        return self.samples[name].spread()
 
     def pose_error(self) -> PoseError:
         """Errors of the raw and of the refined pose."""
