@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -79,8 +80,14 @@ class Placing:
             (6,) way to go in W [m], then rotation vector to turn by [rad].
         """
         p_WH, R_WH = self.robot.palm(estimate.q)
-        wanted, R_wanted = carried_palm(self.robot, self.plan, estimate.p_WS, self.plan.R_WT[:, 2])
-        return np.concatenate([wanted - p_WH, rotation_vector(R_wanted @ R_WH.T)])
+        from_screw, wanted = self._palm
+        return np.concatenate([estimate.p_WS + from_screw - p_WH, rotation_vector(wanted @ R_WH.T)])
+
+    @cached_property
+    def _palm(self) -> tuple[Array, Array]:
+        """Where the plan has the palm: its way (3,) from the screw in W [m], and its orientation (3, 3)."""
+        p_WH, R_WH = self.robot.palm(self.plan.rolling(0.0))
+        return p_WH - self.plan.p_WS, R_WH
 
     def palm_twist(self, estimate: Estimate) -> Array:
         """Twist (6,) in W, linear first, that brings the palm back over the screw as planned [m/s, rad/s].

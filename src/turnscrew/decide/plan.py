@@ -22,8 +22,9 @@ ROLLING = ("TH", "MF")
 SUPPORTING = ("FF", "RF")
 """The fingers that hold it meanwhile; the paper's IF is FF."""
 
-PLACES = {finger: list(finger_joints(finger)) for finger in FINGERS}
-FOLLOWERS, LEADERS = [INDEX[joint] for joint in COUPLED], [INDEX[joint] for joint in COUPLED.values()]
+PLACES = {finger: slice(finger_joints(finger)[0], finger_joints(finger)[-1] + 1) for finger in FINGERS}
+FOLLOWERS = np.array([INDEX[joint] for joint in COUPLED])
+LEADERS = np.array([INDEX[joint] for joint in COUPLED.values()])
 """Places in a joint vector: of each finger's driven joints, and of coupled joints and those that lead them."""
 
 

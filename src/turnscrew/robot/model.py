@@ -131,8 +131,8 @@ class RobotModel:
     def palm(self, q: Array) -> tuple[Array, Array]:
         """Palm frame H at joint angles q (28,): p_WH (3,) [m] and R_WH (3, 3)."""
         self._place(q)
-        palm = self._data.body("palm")
-        return palm.xpos.copy(), palm.xmat.reshape(3, 3).copy()
+        palm = self._followed[-1]
+        return self._xpos[palm].copy(), self._xmat[palm].reshape(3, 3).copy()
 
     def palm_jacobian(self, q: Array) -> Array:
         """Jacobian (6, 28) of H's origin, linear first, in W."""
