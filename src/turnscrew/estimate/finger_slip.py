@@ -40,6 +40,7 @@ from math import exp, log, sqrt
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.compiled import compiled
 from turnscrew.robot.joints import FINGERS
 
 K = len(FINGERS)
@@ -116,24 +117,14 @@ class FingerSlip:
             hand_sigma: sigma_h, by how much the hand is read to have moved within `memory` and has not [m].
             dt: Time since the last tick [s].
         """
-        pressing = level > self.firm
-        held = np.where(pressing, state.held + dt, 0.0)
-        way = np.where(pressing, exp(-dt / self.memory) * state.way + moved, 0.0)
-        known = held > self.fresh
-        others = np.count_nonzero(known) - 1
-        slid = np.zeros(K)
-        if others > 0:
-            moves = hand_sigma * hand_sigma
-            hand = moves / (others * moves + self.noise**2) * (float(way[known].sum()) - way)
-            slid = np.where(known, np.maximum(hand - way, 0.0), 0.0)
-        around = exp(-dt / self.memory) * state.around
-        slid = np.where(known, np.maximum(slid, around), 0.0)
-        times = np.floor(slid / self.threshold)
-        told = np.where(slid < 0.5 * self.threshold, 0.0, np.maximum(state.told, times))
-        regained = 1.0 + (state.grip - 1.0) * exp(-dt / self.regain)
-        grip = np.maximum(regained * self.lowered ** np.maximum(told - state.told, 0.0), self.least)
-        if pressing.any():
-            grip = np.where(pressing, grip, np.minimum(grip, grip[pressing].min()))
+        keep = exp(-dt / self.memory)
+        around = keep * state.around
+        way, held, slid = _slid(
+            state.way, state.held, moved, level, hand_sigma, around, self.firm, self.fresh, self.noise, keep, dt
+        )
+        told, grip = _trusted(
+            slid, held, state.told, state.grip, self.threshold, exp(-dt / self.regain), self.lowered, self.least
+        )
         return FingerSlipState(way, held, slid, told, state.g, around, grip)
 
     def seen(self, state: FingerSlipState, back: float, variance: float, radius: float) -> FingerSlipState:
@@ -154,3 +145,49 @@ class FingerSlip:
         around = max(state.around, radius * back)
         slid = np.where(state.held > self.fresh, np.maximum(state.slid, around), 0.0)
         return replace(state, g=g, around=around, slid=slid)
+
+
+@compiled
+def _slid(
+    way: Array, held: Array, moved: Array, level: Array, hand_sigma: float, around: float, firm: float, fresh: float,
+    noise: float, keep: float, dt: float,
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Ways (5,) of a tick later [m], times for which fingers have held [s], and ways slid [m].
+
+    A finger's own way is what is left of it when the hand's is taken off, as the others tell it.
+    """
+    k, total, known = len(way), 0.0, 0
+    ways, times, slid = np.zeros(k), np.zeros(k), np.zeros(k)
+    for i in range(k):
+        if level[i] > firm:
+            ways[i], times[i] = keep * way[i] + moved[i], held[i] + dt
+        if times[i] > fresh:
+            total += ways[i]
+            known += 1
+    moves = hand_sigma * hand_sigma
+    for i in range(k):
+        if times[i] > fresh:
+            hand = moves / ((known - 1) * moves + noise**2) * (total - ways[i])
+            slid[i] = max(hand - ways[i], 0.0) if known > 1 else 0.0
+            slid[i] = max(slid[i], around)
+    return ways, times, slid
+
+
+@compiled
+def _trusted(
+    slid: Array, held: Array, told: Array, grip: Array, threshold: float, keep: float, lowered: float, least: float
+) -> tuple[Array, Array]:
+    """How many thresholds (5,) each finger has been told to have slid by, and the share it is trusted with."""
+    k, holding = len(slid), 1.0
+    after, trust = np.zeros(k), np.empty(k)
+    for i in range(k):
+        if slid[i] >= 0.5 * threshold:
+            after[i] = max(told[i], np.floor(slid[i] / threshold))
+        regained = 1.0 + (grip[i] - 1.0) * keep
+        trust[i] = max(regained * lowered ** max(after[i] - told[i], 0.0), least)
+        if held[i] > 0.0:
+            holding = min(holding, trust[i])
+    for i in range(k):
+        if held[i] == 0.0:
+            trust[i] = min(trust[i], holding)
+    return after, trust

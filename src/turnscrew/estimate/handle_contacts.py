@@ -102,6 +102,11 @@ def handle_contacts(
 ) -> HandleContacts:
     """Closest points now; a handle thicker by radius_error is the parallel surface, with the same feet and normals."""
     table = closest_table(handle, sizes_of(capsules), p_WT, R_WT, tips.p_WF, tips.R_WF)
+    return HandleContacts(table, *_parallel(table, radius_error))
+
+
+@compiled
+def _parallel(table: Array, radius_error: float) -> tuple[Array, Array, Array, Array]:
+    """Points on the handle and on the fingertips, normals and gaps of the parallel surface."""
     n = table[:, NORMAL:ON_PATCH].copy()
-    c = table[:, CONTACT:TIP] + radius_error * n
-    return HandleContacts(table, c, table[:, TIP:NORMAL].copy(), n, table[:, GAP] - radius_error)
+    return table[:, CONTACT:TIP] + radius_error * n, table[:, TIP:NORMAL].copy(), n, table[:, GAP] - radius_error

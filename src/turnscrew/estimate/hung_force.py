@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from turnscrew.geometry.arrays import Array, Flags
+from turnscrew.geometry.compiled import compiled
 from turnscrew.geometry.rotations import cross
 from turnscrew.robot.coupling import DRIVE
 from turnscrew.robot.joints import COUPLED, FINGERS, HAND_FINGERS
@@ -57,8 +58,7 @@ class HungForce:
     def update(self, state: HungState, measurement: Measurement, dt: float) -> HungState:
         """Takes a reading; one of zero is that of a finger which touches nothing, and may stay."""
         now = _readings(measurement)
-        repeated = (now == state.last).all(axis=1) & now.any(axis=1)
-        return HungState(now, np.where(repeated, state.same + dt, 0.0))
+        return HungState(now, _repeated(state.last, now, state.same, dt))
 
     def hung(self, state: HungState) -> Flags:
         """Which fingers' sensors hang (5,)."""
@@ -87,6 +87,16 @@ class HungForce:
                 f_W = R_WF[partner] @ f_F[partner]
                 f_F[row] = R_WF[row].T @ _mirrored(f_W, n_W[partner], n_W[row], axis)
         return f_F
+
+
+@compiled
+def _repeated(last: Array, now: Array, same: Array, dt: float) -> Array:
+    """Time (5,) for which readings (5, m) have been the same, and not zero [s]."""
+    lasted = np.zeros(len(same))
+    for row in range(len(same)):
+        if (now[row] == last[row]).all() and now[row].any():
+            lasted[row] = same[row] + dt
+    return lasted
 
 
 def _readings(measurement: Measurement) -> Array:

@@ -11,6 +11,7 @@ from math import isfinite
 import numpy as np
 
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.compiled import compiled
 from turnscrew.signals import Measurement, Vision
 
 ORTHOGONAL = 1e-6
@@ -46,12 +47,19 @@ def filled(measurement: Measurement, last: Measurement | None) -> Measurement:
 
 def is_pose(frame: Vision) -> bool:
     """Whether a frame holds a position, a rotation and a covariance: finite, orthonormal, no variance below zero."""
-    p, R, P = frame.p_WT, frame.R_WT, frame.P
+    return _is_pose(frame.p_WT, np.ascontiguousarray(frame.R_WT), np.ascontiguousarray(frame.P))
+
+
+@compiled
+def _is_pose(p: Array, R: Array, P: Array) -> bool:
+    """`is_pose` of its parts."""
     if not (np.isfinite(p).all() and np.isfinite(R).all() and np.isfinite(P).all()):
         return False
-    proper = np.abs(R.T @ R - np.eye(3)).max() < ORTHOGONAL and np.linalg.det(R) > 0.0
+    if np.abs(np.dot(R.T, R) - np.eye(3)).max() >= ORTHOGONAL or np.linalg.det(R) <= 0.0:
+        return False
     # rounding may leave the least variance of a sharp direction a trifle below zero
-    return bool(proper and np.linalg.eigvalsh(P)[0] >= -1e-9 * np.trace(P))
+    least: bool = np.linalg.eigvalsh(P)[0] >= -1e-9 * np.trace(P)
+    return least
 
 
 def _held(now: Array, then: Array | None) -> Array:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from turnscrew.estimate.filter_state import FilterState
 from turnscrew.estimate.handle_contacts import HandleContacts
 from turnscrew.estimate.pose_problem import PoseFrame, pose_problem
 from turnscrew.estimate.pose_refine import Guess, PoseRefiner, RefinedPose
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.closest import ETA, XI, U, V
 from turnscrew.geometry.profiles import Capsule
 from turnscrew.geometry.rotations import quaternion_from_matrix
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
@@ -63,7 +62,8 @@ def refine(
         last: The last refinement, for a warm start when it held the same fingers.
     """
     which = list(rows)
-    xi = np.array([(contacts.points[i].xi, contacts.points[i].eta) for i in which])
+    points = contacts.table[which]
+    xi, uv = points[:, [XI, ETA]], points[:, [U, V]]
     frame = PoseFrame(
         p_WS=p_WS,
         r_bar=quaternion_from_matrix(R_seen),
@@ -73,7 +73,6 @@ def refine(
         radius_error=filtered.radius_error,
         xi=xi,
     )
-    uv = np.array([(contacts.points[i].u, contacts.points[i].v) for i in which])
     warm = last.pose.multipliers if last is not None and last.rows == rows else None
     guess = Guess(filtered.p_WT, filtered.R_WT, xi, uv, warm)
     return Refined(rows, refiner.solve(pose_problem(handle, tip, len(which)), frame, guess))

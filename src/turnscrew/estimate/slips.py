@@ -10,7 +10,6 @@ import numpy as np
 
 from turnscrew.estimate.filter_state import HAND, THETA, FilterState, pose_covariance
 from turnscrew.estimate.finger_slip import FingerSlip, FingerSlipState
-from turnscrew.estimate.readings import is_pose
 from turnscrew.estimate.tip_motion import MotionState, TipMotion, astray
 from turnscrew.estimate.tip_slip import SlipState, TipSlip
 from turnscrew.geometry.arrays import Array
@@ -125,12 +124,12 @@ class Slips:
             tips: Fingertips.
             contacts: Where they are nearest to the handle.
             f_F: (5, 3) forces of the fingertips, each in its frame F [N].
-            frame: The camera's frame of this tick, if one came.
+            frame: The camera's frame of this tick, if one came that holds a pose.
             dt: Time since the last tick [s].
         """
         f_W = (tips.R_WF @ f_F[:, :, None])[:, :, 0]
         seen = None
-        if frame is not None and is_pose(frame) and _angle(frame.R_WT, f.R_WT) < FLIP:
+        if frame is not None and _angle(frame.R_WT, f.R_WT) < FLIP:
             seen = (frame.p_WT - f.p_WT)[:2], frame.P[:2, :2] + pose_covariance(f.P)[:2, :2]
         tip, signal = self.tip.update(
             state.tip, f_W, contacts.c_W, contacts.n_W, f.p_WT, seen, state.motion.evidence, dt

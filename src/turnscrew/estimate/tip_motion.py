@@ -27,6 +27,8 @@ import numpy as np
 
 from turnscrew.estimate.motion_steps import displaced, evidence, strayed
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.compiled import compiled
+from turnscrew.geometry.small import cross
 from turnscrew.robot.joints import ARM, FINGERS, WRIST
 
 if TYPE_CHECKING:
@@ -116,17 +118,31 @@ class TipMotion:
             dt: Time since the last tick [s].
         """
         keep = exp(-dt / self.memory)
-        now = strayed(
-            state.way, state.held, state.slow, f_F, moved, self.firm, self.going, keep, self.slow_time, dt
-        )  # fmt: skip
-        found = displaced(
-            now.way, now.held, c_W, tips.p_WF, tips.J, p_WT, HAND_JOINTS, self.encoder, self.floor, self.lift,
-            self.turn, self.fresh, dt,
-        )  # fmt: skip
-        if found.number < 2:
-            return MotionState(*now, 0.0)
+        return MotionState(*_told(
+            state.way, state.held, state.slow, f_F, moved, tips.p_WF, tips.J, c_W, p_WT, R_WT, S_hand,
+            (self.firm, self.going, keep, self.slow_time), (self.encoder, self.floor, self.lift, self.turn, self.fresh),
+            self.far, self.near, dt,
+        ))  # fmt: skip
+
+
+@compiled
+def _told(
+    way: Array, held: Array, slow: Array, f_F: Array, moved: Array, p_WF: Array, J: Array, c_W: Array, p_WT: Array,
+    R_WT: Array, S_hand: Array, straying: tuple[float, float, float, float],
+    fitting: tuple[float, float, float, float, float], far: float, near: float, dt: float,
+) -> tuple[Array, Array, Array, float]:  # fmt: skip
+    """`TipMotion.update` at once: `strayed`, `displaced` and `evidence`; the state's entries in their order."""
+    firm, going, keep, slow_time = straying
+    encoder, floor, lift, turn, fresh = fitting
+    now = strayed(way, held, slow, f_F, moved, firm, going, keep, slow_time, dt)
+    found = displaced(
+        now.way, now.held, c_W, p_WF, J, p_WT, HAND_JOINTS, encoder, floor, lift, turn, fresh, dt
+    )  # fmt: skip
+    told = 0.0
+    if found.number >= 2:
         S = max(found.misfit, 1.0) * (found.S + S_hand[:2, :2])
-        return MotionState(*now, evidence(found.d, S, R_WT[:2, 0].copy(), self.far, self.near))
+        told = evidence(found.d, S, R_WT[:2, 0].copy(), far, near)
+    return now.way, now.held, now.slow, told
 
 
 def astray(before: Fingertips, after: Fingertips, c_W: Array, p_WT: Array, dtheta: Array, dp: Array) -> Array:
@@ -140,9 +156,17 @@ def astray(before: Fingertips, after: Fingertips, c_W: Array, p_WT: Array, dthet
         dtheta: (3,) rotation of the tool since then, in W [rad].
         dp: (3,) travel of its tip since then, in W [m].
     """
-    turn = after.R_WF @ before.R_WF.transpose(0, 2, 1)
-    d = after.p_WF + (turn @ (c_W - before.p_WF)[:, :, None])[:, :, 0] - c_W - dp
-    x, y, z = dtheta.tolist()
-    # a @ W = dtheta x a
-    W = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])
-    return np.asarray(d - (c_W - p_WT) @ W)
+    return _astray(before.p_WF, before.R_WF, after.p_WF, after.R_WF, c_W, p_WT, dtheta, dp)
+
+
+@compiled
+def _astray(
+    p_before: Array, R_before: Array, p_after: Array, R_after: Array, c_W: Array, p_WT: Array, dtheta: Array, dp: Array
+) -> Array:
+    """`astray` of the fingertips' origins (5, 3) and orientations (5, 3, 3)."""
+    moved = np.empty((len(c_W), 3))
+    for i in range(len(c_W)):
+        turn = np.dot(R_after[i], R_before[i].T)
+        way = p_after[i] + np.dot(turn, c_W[i] - p_before[i]) - c_W[i] - dp
+        moved[i] = way - cross(dtheta, c_W[i] - p_WT)
+    return moved

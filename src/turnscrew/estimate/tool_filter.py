@@ -13,6 +13,7 @@ Paper: no counterpart; the paper feeds (6) with uncorrected kinematics.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import exp, tanh
 
 import numpy as np
@@ -146,19 +147,13 @@ class ToolFilter:
 
     def _walk(self, drift: float, spin: float, dt: float) -> Array:
         """(37,) variances that random walks add in dt, `drift` that of the orientation [rad/sqrt(s)]."""
-        noise = np.zeros(SIZE)
-        noise[THETA] = dt * drift**2
-        noise[TIP] = dt * self.tip_drift**2
-        noise[SCREW], noise[RADIUS] = dt * self.constants_drift**2, dt * (0.1 * self.constants_drift) ** 2
-        noise[OFFSETS] = dt * self.offset_drift**2
+        noise = _steady_walk(drift, self.tip_drift, self.constants_drift, self.offset_drift, dt).copy()
         noise[SLIDE] = dt * self.slide_drift**2 * abs(spin) / self.stroke
         return noise
 
     def _left(self, dt: float) -> Array:
         """(6,) variance that smoothing leaves in the readings of arm and wrist [rad^2]."""
-        arm = self.arm_encoder**2 * tanh(0.5 * dt / self.arm_time)
-        wrist = self.encoder**2 * tanh(0.5 * dt / self.wrist_time)
-        return np.array([arm] * len(ARM) + [wrist] * len(WRIST))
+        return _left(self.arm_encoder, self.encoder, self.arm_time, self.wrist_time, dt)
 
     def lasting(self, state: FilterState, P_frame: Array) -> FilterState:
         """The camera's lasting error moved on to a new frame: a share `common` of its covariance P_frame (6, 6)."""
@@ -217,6 +212,26 @@ class ToolFilter:
         """Take in measurements in one step."""
         error, P, verdict = gated_step(state.P, rows)
         return state.corrected(error, P), verdict
+
+
+@lru_cache(maxsize=16)
+def _steady_walk(orientation: float, tip: float, constants: float, offset: float, dt: float) -> Array:
+    """(37,) variances that random walks add in dt, whatever the tool does, by their drifts; to be copied."""
+    noise = np.zeros(SIZE)
+    noise[THETA] = dt * orientation**2
+    noise[TIP] = dt * tip**2
+    noise[SCREW], noise[RADIUS] = dt * constants**2, dt * (0.1 * constants) ** 2
+    noise[OFFSETS] = dt * offset**2
+    return noise
+
+
+@lru_cache(maxsize=16)
+def _left(arm_encoder: float, encoder: float, arm_time: float, wrist_time: float, dt: float) -> Array:
+    """`ToolFilter._left`, which does not change."""
+    arm, wrist = (
+        noise**2 * tanh(0.5 * dt / time) for noise, time in ((arm_encoder, arm_time), (encoder, wrist_time))
+    )
+    return np.array([arm] * len(ARM) + [wrist] * len(WRIST))
 
 
 _EYE = np.eye(SIZE)
