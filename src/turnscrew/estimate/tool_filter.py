@@ -228,9 +228,7 @@ def _steady_walk(orientation: float, tip: float, constants: float, offset: float
 @lru_cache(maxsize=16)
 def _left(arm_encoder: float, encoder: float, arm_time: float, wrist_time: float, dt: float) -> Array:
     """`ToolFilter._left`, which does not change."""
-    arm, wrist = (
-        noise**2 * tanh(0.5 * dt / time) for noise, time in ((arm_encoder, arm_time), (encoder, wrist_time))
-    )
+    arm, wrist = (noise**2 * tanh(0.5 * dt / time) for noise, time in ((arm_encoder, arm_time), (encoder, wrist_time)))
     return np.array([arm] * len(ARM) + [wrist] * len(WRIST))
 
 
