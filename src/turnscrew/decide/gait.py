@@ -159,6 +159,11 @@ class Gait:
             self, **times, closing=self.closing * min(factor, 1.7), support_speed=self.support_speed * factor
         )
 
+    @property
+    def feeling(self) -> float:
+        """Time in which fingers should have come before the handle and felt it, where it is estimated to be [s]."""
+        return self.add + self.standoff / self.closing
+
     def init(self) -> GaitState:
         """Thumb and middle finger hold the tool at the roll's start."""
         q = self.plan.rolling(0.0)

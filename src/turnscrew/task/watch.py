@@ -72,8 +72,7 @@ class Watch:
     Attributes:
         time_limit: Of the run [s].
         longest_phase: A phase that lasts longer is stuck [s]: rolling takes 1 s at nominal speed.
-        longest_feel: The same for phases in which fingers feel for the handle [s]: in 300 hand-overs of usual pace the
-            longest took .78 s.
+        longest_feel: The same for phases in which fingers feel for the handle [s], at usual pace.
         unheld: Longest time with fewer than two fingertips in contact [s]: a free tool tilts by 1 deg in .1 s.
         dropped: Tilt from which on the tool counts as lost [rad]: no grasp of the plan reaches there.
         off_centre: Distance of the tip from the drive that it cannot have inside the slot [m]: half the blade's width
