@@ -79,6 +79,10 @@ def cell_xml(cell: CellDescription, p_WT: Array, R_WT: Array) -> str:
     return str(spec.to_xml())
 
 
+FINITE = [0, 0, 0]
+"""How often MuJoCo has met positions, speeds and accelerations that are no numbers, while all is well."""
+
+
 class Cell:
     """The plant: commands in, one step at a time; a context manager, since drawing holds OpenGL.
 
@@ -108,9 +112,13 @@ class Cell:
         self.twist = self._thread.init()
         hinge = self.model.joint("screw")
         self._screw_q, self._screw_v = int(hinge.qposadr[0]), int(hinge.dofadr[0])
+        self._timestep = float(self.model.opt.timestep)
         self._thread_ctrl = self.model.actuator("thread").id
         self._contacts = ContactReader(self.model)
-        # a view of MuJoCo's own counts of positions, speeds and accelerations that were no numbers
+        # views of MuJoCo's memory, which every step looks at
+        self._qpos, self._qvel, self._ctrl = self.data.qpos, self.data.qvel, self.data.ctrl
+        self._drives = self.data.actuator_force[: len(DRIVEN)]
+        # and of its own counts of positions, speeds and accelerations that were no numbers
         self._warned = self.data.warning.number[mujoco.mjtWarning.mjWARN_BADQPOS : mujoco.mjtWarning.mjWARN_BADQACC + 1]
         self._drive_sum, self._drive_steps = np.zeros(len(DRIVEN)), 0
         self._camera = description.camera
@@ -119,29 +127,25 @@ class Cell:
 
     def write(self, command: Array) -> None:
         """Sends commands (24,) in the order of `DRIVEN`: positions [rad] to servos, torques [N.m] to motors."""
-        self.data.ctrl[: len(DRIVEN)] = command
+        self._ctrl[: len(DRIVEN)] = command
         self._drive_sum[:] = 0.0
         self._drive_steps = 0
 
     def prepare(self) -> None:
         """Sets the thread's torque for the coming step, so that all controls of that step stand in `data.ctrl`."""
-        data = self.data
-        yaw, rate = float(data.qpos[self._screw_q]), float(data.qvel[self._screw_v])
-        dt = float(self.model.opt.timestep)
-        self.twist, torque = self._thread.update(self.twist, yaw, rate, dt)
-        data.ctrl[self._thread_ctrl] = torque
+        yaw, rate = self._qpos.item(self._screw_q), self._qvel.item(self._screw_v)
+        self.twist, self._ctrl[self._thread_ctrl] = self._thread.update(self.twist, yaw, rate, self._timestep)
 
     def step(self) -> None:
         """One step of the plant."""
         mujoco.mj_step(self.model, self.data)
-        self._drive_sum += self.data.actuator_force[: len(DRIVEN)]
+        self._drive_sum += self._drives
         self._drive_steps += 1
 
     @property
     def diverged(self) -> bool:
         """Whether the integration has failed: MuJoCo met a number that is not finite, or beyond all measure."""
-        bad_q, bad_v, bad_a = self._warned
-        return bool(bad_q or bad_v or bad_a)
+        return bool(self._warned.tolist() != FINITE)
 
     @property
     def time(self) -> float:
@@ -151,7 +155,7 @@ class Cell:
     @property
     def q(self) -> Array:
         """True joint angles (28,) [rad], for the encoders."""
-        return np.array(self.data.qpos[: len(JOINTS)])
+        return np.array(self._qpos[: len(JOINTS)])
 
     def fingertip_forces(self) -> Array:
         """True force (5, 3) of each fingertip on what it touches, in its frame F [N], for the force sensors."""

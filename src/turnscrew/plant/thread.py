@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import radians
 from typing import Literal
 
-import numpy as np
-
-PRESLIDING = np.radians(0.5)
+PRESLIDING = radians(0.5)
 """Elastic twist of a sticking thread at its full friction torque [rad]; it also regularises Coulomb friction."""
 
 
