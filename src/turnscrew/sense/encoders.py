@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import isnan
 
 import numpy as np
 from numpy.random import Generator
 
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.compiled import compiled
 from turnscrew.robot.joints import ARM, JOINTS, WRIST
 
 ARM_COUNT = 2.0 * np.pi / (4096 * 18)
@@ -84,9 +86,19 @@ class Encoders:
         Returns:
             The new state, and the reading: (28,) angles [rad] and (28,) speeds [rad/s].
         """
-        reading = q + state.offset + state.rng.normal(0.0, self.noise, len(q))
-        if np.isnan(state.time):
-            return EncoderState(state.rng, state.offset, time, reading, state.v), (reading, state.v)
-        dt = time - state.time
-        v = state.v + (dt / (self.speed_time + dt)) * ((reading - state.q) / dt - state.v)
+        drawn = state.rng.standard_normal(len(q))
+        reading, v = _read(q, state.offset, drawn, state.q, state.v, time - state.time, self.noise, self.speed_time)
         return EncoderState(state.rng, state.offset, time, reading, v), (reading, v)
+
+
+@compiled
+def _read(
+    q: Array, offset: Array, drawn: Array, last: Array, v: Array, dt: float, noise: float, speed_time: float
+) -> tuple[Array, Array]:
+    """Angles as read, and speeds, which stay what they are at the first reading, with no `dt` since another."""
+    reading, speeds = np.empty(len(q)), v.copy()
+    for i in range(len(q)):
+        reading[i] = q[i] + offset[i] + noise * drawn[i]
+        if not isnan(dt):
+            speeds[i] = v[i] + (dt / (speed_time + dt)) * ((reading[i] - last[i]) / dt - v[i])
+    return reading, speeds

@@ -14,6 +14,7 @@ no place in the paper; without it a free finger would read exactly zero, which n
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isnan, sqrt
 
 import numpy as np
 from numpy.random import Generator
@@ -83,21 +84,27 @@ class FingertipForce:
             The new state; the (5, 3) reading in F [N]; no drive torques.
         """
         f_F, time = plant.fingertip_forces(), plant.time
-        dt = 0.0 if np.isnan(state.time) else time - state.time
-        keep = np.exp(-dt / self.wander_time)
-        kick = state.rng.normal(size=(K, 4)) * np.sqrt(1.0 - keep * keep)
+        dt = 0.0 if isnan(state.time) else time - state.time
+        keep = float(np.exp(-dt / self.wander_time))
+        kick = state.rng.normal(size=(K, 4)) * sqrt(1.0 - keep * keep)
         moved = ForceState(state.rng, state.constant, keep * state.wander + kick, time)
-        reading = _misread(f_F, self.error(moved))
-        return moved, reading + state.rng.normal(0.0, self.noise, (K, 3)), None
+        return moved, _misread(f_F, self.error(moved)) + state.rng.normal(0.0, self.noise, (K, 3)), None
 
     def error(self, state: ForceState) -> Array:
         """(5, 4) error now in force: relative gain, and rotation vector in F [rad]."""
-        z = state.wander
-        gain = z[:, :1] / np.sqrt(1.0 + z[:, :1] ** 2)
-        turn = z[:, 1:] / np.sqrt(1.0 + np.sum(z[:, 1:] ** 2, axis=1, keepdims=True))
-        unit = self.constant_share * state.constant + (1.0 - self.constant_share) * np.hstack([gain, turn])
-        bound: Array = np.array([self.magnitude_error, *[self.direction_error] * 3])
-        return unit * bound
+        return _error(state.constant, state.wander, self.constant_share, self.magnitude_error, self.direction_error)
+
+
+@compiled
+def _error(constant: Array, z: Array, share: float, magnitude: float, direction: float) -> Array:
+    """Relative gains and rotation vectors (5, 4) of the model in the module's docstring."""
+    error = np.empty(z.shape)
+    for i in range(len(z)):
+        gain, turn = sqrt(1.0 + z[i, 0] ** 2), sqrt(1.0 + (z[i, 1] ** 2 + z[i, 2] ** 2 + z[i, 3] ** 2))
+        for j in range(4):
+            wander = z[i, j] / (turn if j else gain)
+            error[i, j] = (share * constant[i, j] + (1.0 - share) * wander) * (direction if j else magnitude)
+    return error
 
 
 @compiled

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from numpy.random import Generator
@@ -57,7 +57,7 @@ class Sensors:
     def joints(self, state: SensorState, plant: Sensed) -> tuple[SensorState, Array]:
         """Reads the encoders alone: the new state, and angles (28,) [rad]."""
         encoders, (angles, _) = self.encoders.update(state.encoders, plant.q, plant.time)
-        return replace(state, encoders=encoders), angles
+        return SensorState(encoders, state.force, state.camera), angles
 
     def update(self, state: SensorState, plant: Sensed) -> tuple[SensorState, Measurement]:
         """Reads all sensors.
