@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
 
@@ -13,6 +13,7 @@ from turnscrew.decide.plan import ROLLING, SUPPORTING, Course, GaitPlan
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.robot.joints import FINGERS
 from turnscrew.signals import FREE, GRIP, REACH, Estimate, Goal
+from turnscrew.values import changed
 
 
 class Phase(StrEnum):
@@ -155,7 +156,7 @@ class Gait:
         """
         names = ("ramp", "settle", "add", "take", "leave", "relocate")
         times = {name: getattr(self, name) / factor for name in names}
-        return replace(
+        return changed(
             self, **times, closing=self.closing * min(factor, 1.7), support_speed=self.support_speed * factor
         )
 
@@ -182,35 +183,35 @@ class Gait:
             state = self._enter(state, estimate)
         turning = 0.0 if still else self._turning(state)
         rolled = state.rolled + turning * dt
-        state = replace(state, clock=state.clock + dt, rolled=rolled, gripping=self._gripping(state, estimate))
+        state = changed(state, clock=state.clock + dt, rolled=rolled, gripping=self._gripping(state, estimate))
         goal = self._goal(state, estimate, turning)
         if self._is_over(state, estimate):
             if state.phase in (Phase.REMOVE, Phase.HOLD):
                 state = self._counted(state, estimate.theta)
-            state = replace(state, phase=self._following(state.phase), clock=0.0, aside=0.0)
+            state = changed(state, phase=self._following(state.phase), clock=0.0, aside=0.0)
         return state, goal
 
     def aiming(self, state: GaitState, estimate: Estimate) -> GaitState:
         """The state with thumb and middle finger, which feel for the handle in vain, sent back to aim anew."""
         target = self.placing.before_handle(self.plan.returning(1.0), ROLLING, estimate, self.standoff)
-        return replace(state, clock=0.0, q_target=target, aside=self.add)
+        return changed(state, clock=0.0, q_target=target, aside=self.add)
 
     def backing(self, state: GaitState) -> GaitState:
         """The state with the handle turned back a little, and the fingers that were to be added out of the way."""
         away = self.plan.rolling(state.rolled / self.plan.stroke)
-        return replace(state, phase=Phase.BACK, clock=0.0, gripping=state.gripping & TH_MF, q_target=away)
+        return changed(state, phase=Phase.BACK, clock=0.0, gripping=state.gripping & TH_MF, q_target=away)
 
     def catching(self, state: GaitState, estimate: Estimate) -> GaitState:
         """The state with thumb and middle finger sent for the handle that they should hold, the others away."""
         gripping = state.gripping & estimate.touching & TH_MF
         away = self.plan.rolling(state.rolled / self.plan.stroke)
-        return replace(state, phase=Phase.CATCH, clock=0.0, gripping=gripping, q_target=away)
+        return changed(state, phase=Phase.CATCH, clock=0.0, gripping=gripping, q_target=away)
 
     def _counted(self, state: GaitState, theta: float) -> GaitState:
         """The state after a round, if it was one."""
         if theta - state.theta < self.least_turn:
-            return replace(state, theta=theta, cycle=state.cycle + 1, vain=state.vain + 1)
-        return replace(state, theta=theta, cycle=state.cycle + 1, vain=0, round=state.round + 1)
+            return changed(state, theta=theta, cycle=state.cycle + 1, vain=state.vain + 1)
+        return changed(state, theta=theta, cycle=state.cycle + 1, vain=0, round=state.round + 1)
 
     def _following(self, phase: Phase) -> Phase:
         if phase is Phase.ROLL and self.plan.course is Course.STROKE:
@@ -229,7 +230,7 @@ class Gait:
         else:
             target = self.plan.rolling(0.0) if phase is Phase.REMOVE else state.q_target
         rolled = 0.0 if phase is Phase.ROLL else state.rolled
-        return replace(state, q_from=estimate.q, q_target=target, rolled=rolled)
+        return changed(state, q_from=estimate.q, q_target=target, rolled=rolled)
 
     def _turning(self, state: GaitState) -> float:
         """Trapezoid over the stroke: up in `ramp`, full speed, down in `ramp` to a twentieth [rad/s].

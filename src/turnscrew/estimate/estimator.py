@@ -14,7 +14,7 @@ filter by .47 / .23 / .34, the camera itself by 5.1 / 2.8 / 2.0.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
 from time import thread_time
 from typing import TYPE_CHECKING
@@ -44,6 +44,7 @@ from turnscrew.geometry.profiles import Capsule
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
 from turnscrew.robot.joints import ARM, FINGERS, WRIST
 from turnscrew.signals import Estimate, Measurement
+from turnscrew.values import changed
 
 if TYPE_CHECKING:
     from turnscrew.robot.model import Fingertips
@@ -172,7 +173,7 @@ class ToolEstimator:
         """
         read = filled(measurement, state.read)
         joints, q, v = self.joints.update(state.joints, read.q, read.v, motion, dt)
-        measurement = replace(read, q=q, v=v)
+        measurement = changed(read, q=q, v=v)
         state, rolled = self._predict(state, read, joints, measurement, dt)
         if measurement.vision is not None or state.since_correction >= self.correction_period:
             state = self._correct(state, measurement)
@@ -208,7 +209,7 @@ class ToolEstimator:
         )
         reach = tips.J[FINGERS.index("MF"), :3, :REACH]
         f = self.filter.predict(f, rolled, dp, float(omega_T[2]), reach, int(touch.touching.sum()) >= 2, dt)
-        moved = replace(
+        moved = changed(
             state,
             read=read,
             joints=joints,
@@ -259,7 +260,7 @@ class ToolEstimator:
         )
         took, radius = thread_time() - began, self._radius(state.filter)
         tips = self.fingertips(measurement.q - done.state.joint_offset())
-        state = replace(
+        state = changed(
             state,
             filter=done.state,
             correction=done,
@@ -272,7 +273,7 @@ class ToolEstimator:
             polished=Pose(done.state.p_WT, done.state.R_WT),
         )
         if self.refiner is None:
-            return replace(state, status=FILTERED)
+            return changed(state, status=FILTERED)
         if seen is None:
             return state
         return self._refine(self.refiner, state, said + done.state.b_W, seen.pose)
@@ -281,14 +282,14 @@ class ToolEstimator:
         """III-A with the fingers whose contact the filter believes."""
         rows = state.correction.contacts if state.correction is not None else ()
         if not rows:
-            return replace(state, status=NO_CONTACT, refined=None)
+            return changed(state, status=NO_CONTACT, refined=None)
         R_bar = seen.R_WT if self.reference is Reference.CAMERA else state.filter.R_WT
         tip = state.capsules[FINGERS.index("FF")]
         refined = refine(
             refiner, self.handle, tip, state.filter, p_WS, R_bar, state.tips, state.contacts, rows, state.refined
         )
         pose = Pose(refined.pose.p_WT, refined.pose.R_WT)
-        return replace(state, refined=refined, polished=pose, status=refined.pose.status.value)
+        return changed(state, refined=refined, polished=pose, status=refined.pose.status.value)
 
     def _orientation(self, state: EstimatorState) -> Array:
         """What is handed on: III-A's orientation where it was solved within its boxes, otherwise the filter's."""
@@ -344,4 +345,4 @@ class ToolEstimator:
             p_WT_refined=state.polished.p_WT,
             R_WT_refined=state.polished.R_WT,
         )
-        return replace(state, angle=angle, wrench=wrench, slips=slips), estimate
+        return changed(state, angle=angle, wrench=wrench, slips=slips), estimate

@@ -94,7 +94,7 @@ class Slips:
         S = 2.0 * f.P[HAND, HAND] * (1.0 - exp(-self.fingers.memory / arm_time))
         fingers = self.fingers.update(state.fingers, moved @ axis, level, sqrt(float(axis @ S @ axis)), dt)
         motion = self.motion.update(state.motion, after, tip_W, f_F, moved, f.p_WT, f.R_WT, S, dt)
-        return replace(state, fingers=fingers, motion=motion)
+        return SlipsState(fingers, motion, state.tip)
 
     def turned(self, state: SlipsState, f: FilterState, seen: Seen, radius: float) -> SlipsState:
         """Takes in a camera's frame: whether the handle, of a radius [m], is seen to have turned back."""
@@ -134,7 +134,7 @@ class Slips:
         tip, signal = self.tip.update(
             state.tip, f_W, contacts.c_W, contacts.n_W, f.p_WT, seen, state.motion.evidence, dt
         )
-        return replace(state, tip=tip), signal
+        return SlipsState(state.fingers, state.motion, tip), signal
 
 
 def _angle(R: Array, other: Array) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import deepcopy
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from turnscrew.signals import Command, Effort, Estimate, Fault, FaultKind, Goal,
 from turnscrew.task.line import NO_DELAY, Line, UnderWay
 from turnscrew.task.watch import Strain, Watch, WatchState
 from turnscrew.task.wiring import Blocks
+from turnscrew.values import changed
 
 STILL = np.zeros(len(JOINTS))
 
@@ -112,7 +113,7 @@ class Loop:
         joints, known = state.joints, measurement
         if blocks.between is not None and joints is not None:
             joints = blocks.between.read(joints, measurement.q, beat)
-            known = replace(measurement, q=joints.q, v=joints.v)
+            known = changed(measurement, q=joints.q, v=joints.v)
         estimator, estimate = blocks.estimator.update(state.estimator, known, state.sent, dt)
         if blocks.between is not None and joints is not None:
             estimate = blocks.between.refresh(joints, estimate, 0.0)
@@ -146,7 +147,7 @@ class Loop:
         controller, effort = blocks.controller.update(state.controller, goal, estimate, dt)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, dt)
         under_way = self._write(state.under_way, plant, command, sensors)
-        return replace(
+        return changed(
             state, sensors=sensors, controller=controller, adapter=adapter, joints=joints, last=(estimate, goal),
             under_way=under_way, saturated=state.saturated | command.saturated,
         )  # fmt: skip

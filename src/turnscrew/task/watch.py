@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from turnscrew.geometry.arrays import Flags
 from turnscrew.geometry.euler import tilt
 from turnscrew.robot.joints import DRIVEN, FINGERS
 from turnscrew.signals import GRIP, Effort, Estimate, Fault, FaultKind, Goal, Measurement, Vision
+from turnscrew.values import changed
 
 FEELING = (Phase.ADD, Phase.RETURN, Phase.CATCH)
 """Phases that last until fingers have found the handle."""
@@ -146,7 +147,7 @@ class Watch:
         lasting = dict(self._lasting(following, measurement, estimate))
         lasting.update(self._slipping(estimate, goal, strain, FaultKind.FINGER_SLIP in state.lasting))
         strained = dict(self._strained(strain))
-        following = replace(following, eased=0.0 if strained else state.eased + dt)
+        following = changed(following, eased=0.0 if strained else state.eased + dt)
         lasting.update(strained)
         if following.eased < self.eased and FaultKind.TORQUE_SATURATED in state.lasting:
             lasting.setdefault(FaultKind.TORQUE_SATURATED, "")
@@ -156,7 +157,7 @@ class Watch:
             if kind not in state.lasting
         )
         kinds = frozenset(fault.kind for fault in ending)
-        return replace(following, lasting=frozenset(lasting), ending=kinds), ending + begun
+        return changed(following, lasting=frozenset(lasting), ending=kinds), ending + begun
 
     def _ending(
         self, state: WatchState, measurement: Measurement, estimate: Estimate, goal: Goal
