@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from math import dist, inf, isfinite, isnan
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,9 @@ from turnscrew.values import changed
 
 FEELING = (Phase.ADD, Phase.RETURN, Phase.CATCH)
 """Phases that last until fingers have found the handle."""
+
+
+READINGS = ("encoders", "joint speeds", "fingertip forces", "strain gauges")
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,9 +151,9 @@ class Watch:
         lasting = dict(self._lasting(following, measurement, estimate))
         lasting.update(self._slipping(estimate, goal, strain, FaultKind.FINGER_SLIP in state.lasting))
         strained = dict(self._strained(strain))
-        following = changed(following, eased=0.0 if strained else state.eased + dt)
+        eased = 0.0 if strained else state.eased + dt
         lasting.update(strained)
-        if following.eased < self.eased and FaultKind.TORQUE_SATURATED in state.lasting:
+        if eased < self.eased and FaultKind.TORQUE_SATURATED in state.lasting:
             lasting.setdefault(FaultKind.TORQUE_SATURATED, "")
         begun = tuple(
             Fault(kind, measurement.time, evidence, ends=False)
@@ -157,13 +161,14 @@ class Watch:
             if kind not in state.lasting
         )
         kinds = frozenset(fault.kind for fault in ending)
-        return changed(following, lasting=frozenset(lasting), ending=kinds), ending + begun
+        return changed(following, eased=eased, lasting=frozenset(lasting), ending=kinds), ending + begun
 
     def _ending(
         self, state: WatchState, measurement: Measurement, estimate: Estimate, goal: Goal
     ) -> Iterator[tuple[FaultKind, str]]:
         """Trouble after which the run cannot go on, worst first."""
-        if not (np.isfinite(estimate.p_WT).all() and np.isfinite(estimate.q).all()):
+        # a sum is a number only if all are: a fifth of the time of looking at each
+        if not isfinite(estimate.p_WT.sum() + estimate.q.sum()):
             yield FaultKind.DIVERGED, "the estimate is not a number"
             return
         if state.unread > self.unread:
@@ -171,7 +176,7 @@ class Watch:
         lean = tilt(estimate.R_WT)
         if lean > self.dropped:
             yield FaultKind.TOOL_DROPPED, f"the tool leans by {np.degrees(lean):.1f} deg"
-        off = float(np.hypot(*(estimate.p_WT - estimate.p_WS)[:2]))
+        off = dist(estimate.p_WT[:2].tolist(), estimate.p_WS[:2].tolist())
         if off > self.off_centre:
             yield FaultKind.TIP_SLIP, f"the tip is {off * 1e3:.1f} mm from the drive's centre"
         if state.unheld > self.unheld and int((goal.roles == GRIP).sum()) >= 2:
@@ -212,17 +217,17 @@ class Watch:
         self, estimate: Estimate, goal: Goal, strain: Strain | None, named: bool
     ) -> Iterator[tuple[FaultKind, str]]:
         """Fingers that slide over the handle, or that will if they have to carry any more."""
-        gripping = goal.roles == GRIP
-        slid = np.where(gripping, estimate.finger_slip, 0.0)
-        if slid.max() >= self.slid:
-            name = FINGERS[int(slid.argmax())]
-            yield FaultKind.FINGER_SLIP, f"{name} slides: {slid.max() * 1e3:.1f} mm down the handle"
+        gripping = [row for row, role in enumerate(goal.roles.tolist()) if role == GRIP]
+        slid, name = max(((float(estimate.finger_slip[row]), FINGERS[row]) for row in gripping), default=(0.0, ""))
+        if slid >= self.slid:
+            yield FaultKind.FINGER_SLIP, f"{name} slides: {slid * 1e3:.1f} mm down the handle"
         elif strain is not None:
             # no margin is worked out for a finger that does not grip, and less is asked of one that comes or goes
-            margin = np.where(gripping & (goal.share >= 1.0), strain.effort.margin, np.nan)
-            if (margin < (self.recovered if named else self.spare)).any():
-                row = int(np.nanargmin(margin))
-                yield FaultKind.FINGER_SLIP, f"{FINGERS[row]} is about to slide: {margin[row]:.1f} N to spare"
+            whole = [row for row in gripping if goal.share[row] >= 1.0]
+            margins = [(float(strain.effort.margin[row]), FINGERS[row]) for row in whole]
+            margin, name = min((item for item in margins if not isnan(item[0])), default=(inf, ""))
+            if margin < (self.recovered if named else self.spare):
+                yield FaultKind.FINGER_SLIP, f"{name} is about to slide: {margin:.1f} N to spare"
 
     def _strained(self, strain: Strain | None) -> Iterator[tuple[FaultKind, str]]:
         """Drives at the end of their torque: what they cannot give is left out of the wrench, or cut off."""
@@ -240,19 +245,15 @@ class Watch:
 
 def unread(measurement: Measurement) -> str:
     """Which readings are not numbers; nothing when all are."""
-    readings = {
-        "encoders": measurement.q,
-        "joint speeds": measurement.v,
-        "fingertip forces": measurement.f_F,
-        "strain gauges": measurement.tau,
-    }
-    # a sum is a number only if all are: a fifth of the time of looking at each
-    return " and ".join(name for name, value in readings.items() if value is not None and not np.isfinite(value.sum()))
+    readings = measurement.q, measurement.v, measurement.f_F, measurement.tau
+    return " and ".join(
+        name for name, value in zip(READINGS, readings, strict=True) if value is not None and not isfinite(value.sum())
+    )
 
 
 def legible(frame: Vision) -> bool:
     """Whether a camera frame holds numbers only."""
-    return bool(np.isfinite(frame.p_WT.sum() + frame.R_WT.sum() + frame.P.sum()))
+    return isfinite(frame.p_WT.sum() + frame.R_WT.sum() + frame.P.sum())
 
 
 def _because(blind: str) -> str:
