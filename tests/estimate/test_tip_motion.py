@@ -41,12 +41,12 @@ class Rig:
         self.tips = Fingertips(C_W, np.tile(np.eye(3), (5, 1, 1)), jacobians(), np.full(5, 0.007), np.zeros(5))
         self.read = np.zeros((5, 3))
 
-    def tick(self, moved: np.ndarray | float = 0.0) -> float:
-        """Evidence after a tick in which the contacts have moved so."""
+    def tick(self, moved: np.ndarray | float = 0.0, rolled: float = 0.0) -> float:
+        """Evidence after a tick in which the contacts have moved so, and the handle has rolled by as much [m]."""
         read = self.rng.normal(0.0, 0.03 * BLOCK.encoder, (5, 3))
         f_F = self.squeeze[:, None] * [0.0, 0.0, 1.0]
         self.state = BLOCK.update(
-            self.state, self.tips, C_W, f_F, moved + read - self.read, P_WT, np.eye(3), self.S_hand, DT
+            self.state, self.tips, C_W, f_F, moved + read - self.read, rolled, P_WT, np.eye(3), self.S_hand, DT
         )
         self.read = read
         return self.state.evidence
@@ -117,12 +117,13 @@ def test_a_slip_is_forgotten() -> None:
 def test_displacement_is_a_weighted_least_squares() -> None:
     rng = np.random.default_rng(1)
     way, J = 1e-4 * rng.normal(size=(5, 3)), rng.normal(size=(5, 6, 28))
-    held, p_WF, encoder, floor = np.array([1.0, 0.0, 0.5, 0.3, 0.0]), C_W + 0.01 * rng.normal(size=(5, 3)), 4e-4, 2e-5
+    held, p_WF, encoder = np.array([1.0, 0.0, 0.5, 0.3, 0.0]), C_W + 0.01 * rng.normal(size=(5, 3)), 4e-4
+    floor = 1e-5 * np.arange(1.0, 6.0)
     found = displaced(way, held, C_W, p_WF, J, P_WT, HAND_JOINTS, encoder, floor, 5e-4, 0.02, 0.02, DT)
     N, g, square = np.diag([0.0, 0.0, 5e-4**-2, *[0.02**-2] * 3]), np.zeros(6), 0.0
     for i in (0, 2, 3):
         point = (J[i, :3] - skew(C_W[i] - p_WF[i]) @ J[i, 3:])[:, HAND_JOINTS:]
-        W = np.linalg.inv(encoder**2 * (1.0 + DT / held[i]) * point @ point.T + floor**2 * np.eye(3))
+        W = np.linalg.inv(encoder**2 * (1.0 + DT / held[i]) * point @ point.T + floor[i] ** 2 * np.eye(3))
         B = np.hstack([np.eye(3), -skew(C_W[i])])
         N, g, square = N + B.T @ W @ B, g + B.T @ W @ way[i], square + float(way[i] @ W @ way[i])
     x = np.linalg.solve(N, g)
@@ -149,6 +150,30 @@ def test_a_rougher_encoder_says_less() -> None:
     rig.run(50)
     before, moved = rig.state, slip((0.001, 0.0))
     f_F = rig.squeeze[:, None] * [0.0, 0.0, 1.0]
-    sharp = BLOCK.update(before, rig.tips, C_W, f_F, moved, P_WT, np.eye(3), STILL, DT)
-    blunt = rough.update(before, rig.tips, C_W, f_F, moved, P_WT, np.eye(3), STILL, DT)
+    sharp = BLOCK.update(before, rig.tips, C_W, f_F, moved, 0.0, P_WT, np.eye(3), STILL, DT)
+    blunt = rough.update(before, rig.tips, C_W, f_F, moved, 0.0, P_WT, np.eye(3), STILL, DT)
     assert blunt.evidence < 0.5 * sharp.evidence
+
+
+def test_what_the_blade_s_play_allows_is_no_slip() -> None:
+    tight = replace(BLOCK, play=0.0)
+    rig = Rig()
+    rig.run(50)
+    f_F, found = rig.squeeze[:, None] * [0.0, 0.0, 1.0], []
+    for block in (tight, BLOCK):
+        for t in ((0.0, BLOCK.play), (0.001, 0.0)):
+            found.append(block.update(rig.state, rig.tips, C_W, f_F, slip(t), 0.0, P_WT, np.eye(3), STILL, DT).evidence)
+    # a slip of a millimetre stays one beside play of a fifth of it
+    assert found[2] < 0.8 * found[0]
+    assert found[3] > 12.8
+
+
+def test_a_handle_that_has_rolled_far_and_fingers_that_have_just_landed_tell_less() -> None:
+    still, rolling, landed = Rig(), Rig(), Rig()
+    for _ in range(50):
+        still.tick()
+        # as in a fast roll: 2 rad/s on 18 mm
+        rolling.tick(rolled=0.00036)
+    landed.run(5)
+    found = [rig.tick(slip((0.001, 0.0))) for rig in (still, rolling, landed)]
+    assert max(found[1:]) < found[0]

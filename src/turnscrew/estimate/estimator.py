@@ -205,8 +205,9 @@ class ToolEstimator:
         dp = self.wrench.advance(spin) * f.R_WT[:, 2]
         omega_T = state.omega_T + dt / (self.rate_time + dt) * (f.R_WT.T @ dtheta / dt - state.omega_T)
         slips = self.slips.rolled(
-            state.slips, f, state.tips, tips, near.tip_W, f_F, weight, dtheta, dp, self.filter.arm_time, dt
-        )
+            state.slips, f, state.tips, tips, near.tip_W, f_F, weight, dtheta, dp, self.filter.arm_time,
+            self._radius(f), dt,
+        )  # fmt: skip
         reach = tips.J[FINGERS.index("MF"), :3, :REACH]
         f = self.filter.predict(f, rolled, dp, float(omega_T[2]), reach, int(touch.touching.sum()) >= 2, dt)
         moved = changed(

@@ -101,7 +101,7 @@ def _rows(lever: Array) -> Array:
 
 @compiled
 def displaced(
-    way: Array, held: Array, c_W: Array, p_WF: Array, J: Array, p_WT: Array, first: int, encoder: float, floor: float,
+    way: Array, held: Array, c_W: Array, p_WF: Array, J: Array, p_WT: Array, first: int, encoder: float, floor: Array,
     lift: float, turn: float, fresh: float, dt: float,
 ) -> Displaced:  # fmt: skip
     """Displacement of the tip that fits best what the fingertips have strayed by, whatever the tool turned by.
@@ -115,7 +115,7 @@ def displaced(
         p_WT: (3,) tip, in W [m].
         first: First joint of the hand's fingers.
         encoder: Noise of a finger's joint as smoothed [rad].
-        floor: What a contact moves by that no encoder tells [m].
+        floor: (5,) what each contact moves by that no encoder tells [m].
         lift: Standard deviation along z of what all have moved by alike [m].
         turn: Of what the tool may have turned by beside what odometry has told, about any axis [rad].
         fresh: Time for which a finger that has just begun to hold does not tell [s].
@@ -129,7 +129,7 @@ def displaced(
         if held[i] <= fresh:
             continue
         # the first reading, from which the way counts, is noisy as well, and is forgotten with time
-        S = _noise(J[i], c_W[i] - p_WF[i], first, encoder * np.sqrt(1.0 + dt / held[i]), floor)
+        S = _noise(J[i], c_W[i] - p_WF[i], first, encoder * np.sqrt(1.0 + dt / held[i]), floor[i])
         B, d = _rows(c_W[i] - p_WT), way[i].copy().reshape(3, 1)
         weighed = solve_positive(S, np.hstack((B, d)))
         N += B.T @ weighed[:, :6].copy()

@@ -34,11 +34,13 @@ class SlipsState:
         fingers: Of fingers that slide.
         motion: Of the tip, by the fingers' motion.
         tip: Of the tip, by forces and camera.
+        turned: By what the tool has turned about its axis in this tick [rad].
     """
 
     fingers: FingerSlipState
     motion: MotionState
     tip: SlipState
+    turned: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +73,7 @@ class Slips:
         dtheta: Array,
         dp: Array,
         arm_time: float,
+        radius: float,
         dt: float,
     ) -> SlipsState:
         """Takes in a tick's motion.
@@ -86,15 +89,17 @@ class Slips:
             dtheta: (3,) by what the tool has turned since, in W [rad].
             dp: (3,) by what its tip has travelled, in W [m].
             arm_time: Time in which the readings of the arm's joints forget [s].
+            radius: Of the handle [m].
             dt: Time since the last tick [s].
         """
         axis = f.R_WT[:, 2]
+        turned = float(axis @ dtheta)
         moved = astray(before, after, tip_W, f.p_WT, dtheta, dp)
         # of a reading now and one a memory ago
         S = 2.0 * f.P[HAND, HAND] * (1.0 - exp(-self.fingers.memory / arm_time))
         fingers = self.fingers.update(state.fingers, moved @ axis, level, sqrt(float(axis @ S @ axis)), dt)
-        motion = self.motion.update(state.motion, after, tip_W, f_F, moved, f.p_WT, f.R_WT, S, dt)
-        return SlipsState(fingers, motion, state.tip)
+        motion = self.motion.update(state.motion, after, tip_W, f_F, moved, radius * turned, f.p_WT, f.R_WT, S, dt)
+        return replace(state, fingers=fingers, motion=motion, turned=turned)
 
     def turned(self, state: SlipsState, f: FilterState, seen: Seen, radius: float) -> SlipsState:
         """Takes in a camera's frame: whether the handle, of a radius [m], is seen to have turned back."""
@@ -132,9 +137,18 @@ class Slips:
         if frame is not None and _angle(frame.R_WT, f.R_WT) < FLIP:
             seen = (frame.p_WT - f.p_WT)[:2], frame.P[:2, :2] + pose_covariance(f.P)[:2, :2]
         tip, signal = self.tip.update(
-            state.tip, f_W, contacts.c_W, contacts.n_W, f.p_WT, seen, state.motion.evidence, dt
+            state.tip,
+            f_W,
+            contacts.c_W,
+            contacts.n_W,
+            f.p_WT,
+            f.R_WT[:, 2],
+            state.turned,
+            seen,
+            state.motion.evidence,
+            dt,
         )
-        return SlipsState(state.fingers, state.motion, tip), signal
+        return replace(state, tip=tip), signal
 
 
 def _angle(R: Array, other: Array) -> float:

@@ -47,12 +47,14 @@ class MotionState:
         way: (5, 3) by how much each fingertip has moved otherwise than with the tool lately, in W [m].
         held: (5,) time for which each has held [s].
         slow: (5,) slowly smoothed size of each force [N].
+        rolled: Way that the handle has rolled in the fingers lately, forgotten likewise [m].
         evidence: Log-likelihood ratio of a slip; negative where it speaks against one.
     """
 
     way: Array
     held: Array
     slow: Array
+    rolled: float
     evidence: float
 
 
@@ -65,6 +67,12 @@ class TipMotion:
         memory: Time in which a way is forgotten [s]: twice the .1 s in which a slip has to be seen, and short beside
             creep; .15 and .3 do about as well.
         floor: What a contact moves by that no encoder tells [m]: found by trial, of fingers that roll.
+        share: Of the way that the handle rolls in the fingers by which a contact strays: a handle slides by a hundredth
+            of what it is rolled.
+        settle: What a finger that has just met the handle settles by while its squeeze grows, at the usual pace [m],
+        settling: and the time in which it has [s].
+        haste: By how much faster than usual fingers come and go, and so settle by more.
+        play: What the tip may move by from wall to wall of its slot, which is no slip [m].
         firm: Force from which on a finger holds [N]: one that has just met the handle slides by .2 to .4 mm below.
         going: Share of its mean over `slow_time` below which a force tells that the finger lets go: it slides then.
         slow_time: Time constant of that mean [s].
@@ -78,6 +86,11 @@ class TipMotion:
     encoder: float = 0.5 * np.deg2rad(0.05)
     memory: float = 0.2
     floor: float = 2e-5
+    share: float = 0.006
+    settle: float = 1e-4
+    settling: float = 0.1
+    haste: float = 1.0
+    play: float = 2e-4
     firm: float = 1.5
     going: float = 0.6
     slow_time: float = 0.12
@@ -89,7 +102,7 @@ class TipMotion:
 
     def init(self) -> MotionState:
         """Nothing held."""
-        return MotionState(np.zeros((K, 3)), np.zeros(K), np.zeros(K), 0.0)
+        return MotionState(np.zeros((K, 3)), np.zeros(K), np.zeros(K), 0.0, 0.0)
 
     def update(
         self,
@@ -98,6 +111,7 @@ class TipMotion:
         c_W: Array,
         f_F: Array,
         moved: Array,
+        rolled: float,
         p_WT: Array,
         R_WT: Array,
         S_hand: Array,
@@ -111,6 +125,7 @@ class TipMotion:
             c_W: (5, 3) their contact points, in W [m].
             f_F: (5, 3) their forces as read [N].
             moved: (5, 3) by how much each has moved in this tick otherwise than with the tool, in W [m]; see `astray`.
+            rolled: By what the handle has rolled in the fingers in this tick [m].
             p_WT: (3,) tip position, in W [m].
             R_WT: (3, 3) orientation of the tool, its x along the blade's edge.
             S_hand: (3, 3) covariance of what all fingertips are read to have moved by within `memory` and have not,
@@ -119,30 +134,37 @@ class TipMotion:
         """
         keep = exp(-dt / self.memory)
         return MotionState(*_told(
-            state.way, state.held, state.slow, f_F, moved, tips.p_WF, tips.J, c_W, p_WT, R_WT, S_hand,
-            (self.firm, self.going, keep, self.slow_time), (self.encoder, self.floor, self.lift, self.turn, self.fresh),
-            self.far, self.near, dt,
+            state.way, state.held, state.slow, state.rolled, f_F, moved, rolled, tips.p_WF, tips.J, c_W, p_WT, R_WT,
+            S_hand, (self.firm, self.going, keep, self.slow_time),
+            (self.floor, self.share, self.settle * self.haste, self.settling),
+            (self.encoder, self.lift, self.turn, self.fresh), self.play, self.far, self.near, dt,
         ))  # fmt: skip
 
 
 @compiled
 def _told(
-    way: Array, held: Array, slow: Array, f_F: Array, moved: Array, p_WF: Array, J: Array, c_W: Array, p_WT: Array,
-    R_WT: Array, S_hand: Array, straying: tuple[float, float, float, float],
-    fitting: tuple[float, float, float, float, float], far: float, near: float, dt: float,
-) -> tuple[Array, Array, Array, float]:  # fmt: skip
+    way: Array, held: Array, slow: Array, rolled: float, f_F: Array, moved: Array, roll: float, p_WF: Array, J: Array,
+    c_W: Array, p_WT: Array, R_WT: Array, S_hand: Array, straying: tuple[float, float, float, float],
+    settling: tuple[float, float, float, float], fitting: tuple[float, float, float, float], play: float, far: float,
+    near: float, dt: float,
+) -> tuple[Array, Array, Array, float, float]:  # fmt: skip
     """`TipMotion.update` at once: `strayed`, `displaced` and `evidence`; the state's entries in their order."""
     firm, going, keep, slow_time = straying
-    encoder, floor, lift, turn, fresh = fitting
+    least, share, settle, settles_in = settling
+    encoder, lift, turn, fresh = fitting
     now = strayed(way, held, slow, f_F, moved, firm, going, keep, slow_time, dt)
+    rolled = keep * rolled + abs(roll)
+    settled = settle * np.exp(-now.held / settles_in)
+    floor = np.sqrt(least**2 + (share * rolled) ** 2 + settled * settled)
     found = displaced(
         now.way, now.held, c_W, p_WF, J, p_WT, HAND_JOINTS, encoder, floor, lift, turn, fresh, dt
     )  # fmt: skip
     told = 0.0
     if found.number >= 2:
-        S = max(found.misfit, 1.0) * (found.S + S_hand[:2, :2])
+        # places between two walls, all as likely: a sixth of the square of their distance for the way between two
+        S = max(found.misfit, 1.0) * (found.S + S_hand[:2, :2]) + play**2 / 6.0 * np.eye(2)
         told = evidence(found.d, S, R_WT[:2, 0].copy(), far, near)
-    return now.way, now.held, now.slow, told
+    return now.way, now.held, now.slow, rolled, told
 
 
 def astray(before: Fingertips, after: Fingertips, c_W: Array, p_WT: Array, dtheta: Array, dp: Array) -> Array:

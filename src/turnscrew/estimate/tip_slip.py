@@ -29,12 +29,13 @@ Paper: no counterpart; its no-slip assumptions dv_x = dv_y = 0 of III-B are what
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import exp, hypot, inf, log
 
 import numpy as np
 
 from turnscrew.estimate.biased_load import DIRECTION_SHARE
+from turnscrew.estimate.second_look import LookState, SecondLook
 from turnscrew.estimate.slip_steps import held_force, net_force, pressed
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.joints import FINGERS
@@ -58,6 +59,7 @@ class SlipState:
         since: (5,) time for which each finger has pressed [s].
         place: (2,) where the camera has seen the tip so far, less where the filter has it [m]; NaN before a frame.
         g: (3,) the CUSUMs: net, grip, seen.
+        look: Whether a jerk of the forces is in doubt.
         age: Time since the start [s].
     """
 
@@ -70,6 +72,7 @@ class SlipState:
     since: Array
     place: Array
     g: Array
+    look: LookState
     age: float
 
 
@@ -91,8 +94,8 @@ class TipSlip:
         jump_error: Error that a jump of a squeeze brings with it, over the jump, beside what its direction error
             brings: .03 + sigma / 4, found by trial: a finger that slides turns its force, too.
         height: Of the contacts above the tip [m].
-        ripple: Standard deviation of a held finger's force about its trend [N]: commands that hurry move it so, at four
-            times the usual pace; a tip that slips, by newtons.
+        ripple: Standard deviation of a held finger's force about its trend, at the usual pace [N]: where squeezes begin
+            or end to ramp they bend by .25 N in a tick; a tip that slips moves them by newtons.
         firm: Force below which a finger does not hold firm [N]: a third of the lightest squeeze.
         letting_go: Share of its mean over `slow_time` below which a force tells that the finger lets go: a squeeze
             taken off in .2 s falls there in 40 ms, long before it slides; noise and fades of the load stay above.
@@ -104,6 +107,8 @@ class TipSlip:
         press: Reading above which a finger presses [N]: 7 sigma of its noise.
         start: Time until the grip has been built up [s].
         jump: Share of a new frame in the place seen so far: a memory of 20 frames.
+        haste: By how much faster than usual fingers come and go: forces change by as much more in a tick.
+        look: A second look at jerks of the forces, for which the blade's play may be the reason.
     """
 
     direction_error: float = np.deg2rad(30.0)
@@ -125,6 +130,8 @@ class TipSlip:
     press: float = 0.25
     start: float = 0.6
     jump: float = 0.05
+    haste: float = 1.0
+    look: SecondLook = field(default_factory=SecondLook)
 
     def init(self) -> SlipState:
         """Nothing pressed, nothing seen."""
@@ -132,7 +139,7 @@ class TipSlip:
         P[:, BIASED, BIASED] = self._sigma**2 * np.eye(K)
         P[:3, 0, 0], P[3:, 0, 0] = 25.0, 1.0
         still, none = np.zeros((K, 3)), np.zeros(K)
-        return SlipState(x, P, still, still, none, 0.0, none, np.full(2, np.nan), np.zeros(3), 0.0)
+        return SlipState(x, P, still, still, none, 0.0, none, np.full(2, np.nan), np.zeros(3), self.look.init(), 0.0)
 
     def update(
         self,
@@ -141,6 +148,8 @@ class TipSlip:
         c_W: Array,
         n_W: Array,
         p_WT: Array,
+        axis: Array,
+        turned: float,
         seen: tuple[Array, Array] | None,
         moved: float,
         dt: float,
@@ -153,6 +162,8 @@ class TipSlip:
             c_W: (5, 3) contact points, in W [m].
             n_W: (5, 3) the handle's outward unit normals there, in W.
             p_WT: (3,) tip position, in W [m].
+            axis: (3,) the tool's axis in W.
+            turned: By what the tool has turned about it since the last tick [rad].
             seen: If a frame came: (2,) where it has the tip less where the filter has it, in W [m], and the (2, 2)
                 covariance of that.
             moved: Log-likelihood ratio of a slip by the fingers' motion.
@@ -167,20 +178,24 @@ class TipSlip:
         changed = state.changed + dt if now.same else 0.0
         stir = self.stir if changed < self.quiet else 1.0
         x, P, net = self._net(state, now.f_W, c_W - p_WT, n_W, stir, dt)
-        ripple = hypot(self.ripple, now.loose)
+        ripple = hypot(self.haste * self.ripple, now.loose)
         level, slope, grip = held_force(state.level, state.slope, now.f_W, now.firm, ripple, *self.follow)
-        place, eye = self._seen(state, seen)
+        place, innovation = self._seen(state, seen)
         age = state.age + dt
         gains = (
             self._ratio(net, NET),
             self._ratio(grip, 3 * int(now.firm.sum())) if now.firm.sum() >= 2 else -inf,
-            0.0 if eye is None else self._ratio(eye, 2),
+            0.0 if innovation is None else self._ratio(innovation, 2),
         )
         begun = age > self.start
         g = np.array([max(before + gain, 0.0) * begun for before, gain in zip(state.g.tolist(), gains, strict=True)])
-        signal = (float(g.max()) + max(moved, 0.0) * begun) / self.threshold(dt)
+        look = self.look.felt(state.look, now.f_W, c_W - p_WT, n_W, axis, turned, dt)
+        forces, eye, h = float(max(g[0], g[1])), float(g[2]), self.threshold(dt)
+        look, evidence = self.look.judged(look, forces, eye, max(moved, 0.0) * begun, h, dt)
+        if look.excused > 0.0:
+            g[:2] = 0.0
         slow = state.slow + dt / (self.slow_time + dt) * (now.size - state.slow)
-        return SlipState(x, P, level, slope, slow, changed, now.since, place, g, age), signal
+        return SlipState(x, P, level, slope, slow, changed, now.since, place, g, look, age), evidence / h
 
     @property
     def _sigma(self) -> float:
@@ -202,7 +217,7 @@ class TipSlip:
         jump = (self.jump_error + 0.25 * self._sigma) ** 2
         return net_force(
             state.x, state.P, f_W, arm, n_W, state.level, self.height, jump, self._sigma, self.noise,
-            exp(-dt / self.memory), stir * self.force_walk, stir * self.torque_walk,
+            exp(-dt / self.memory), stir * self.haste * self.force_walk, stir * self.haste * self.torque_walk,
         )  # fmt: skip
 
     def _seen(self, state: SlipState, seen: tuple[Array, Array] | None) -> tuple[Array, float | None]:

@@ -93,12 +93,12 @@ class Encoders:
 
 @compiled
 def _read(
-    q: Array, offset: Array, drawn: Array, last: Array, v: Array, dt: float, noise: float, speed_time: float
+    q: Array, offset: Array, drawn: Array, last: Array, v: Array, dt: float, noise: Array, speed_time: float
 ) -> tuple[Array, Array]:
     """Angles as read, and speeds, which stay what they are at the first reading, with no `dt` since another."""
     reading, speeds = np.empty(len(q)), v.copy()
     for i in range(len(q)):
-        reading[i] = q[i] + offset[i] + noise * drawn[i]
+        reading[i] = q[i] + offset[i] + noise[i] * drawn[i]
         if not isnan(dt):
             speeds[i] = v[i] + (dt / (speed_time + dt)) * ((reading[i] - last[i]) / dt - v[i])
     return reading, speeds

@@ -19,6 +19,7 @@ from turnscrew.decide.placing import Placing
 from turnscrew.decide.plan import GaitPlan
 from turnscrew.decide.recovery import Decider
 from turnscrew.estimate.between_ticks import BetweenTicks
+from turnscrew.estimate.blade_play import BladePlay
 from turnscrew.estimate.contacts import TouchDetector
 from turnscrew.estimate.estimator import Reference, ToolEstimator
 from turnscrew.estimate.filter_state import Prior
@@ -29,6 +30,7 @@ from turnscrew.estimate.pose_refine import PoseRefiner
 from turnscrew.estimate.pose_solution import PoseSolver
 from turnscrew.estimate.pose_sqp import SqpSolver
 from turnscrew.estimate.screw_angle import ScrewAngle
+from turnscrew.estimate.second_look import SecondLook
 from turnscrew.estimate.slips import Slips
 from turnscrew.estimate.tip_motion import TipMotion
 from turnscrew.estimate.tip_slip import TipSlip
@@ -203,7 +205,7 @@ def build_estimator(
         handle=Cylinder(believed_radius, tool.contact_height - half, tool.contact_height + half),
         p_WS=plan.p_WS,
         wrench=build_wrench(scenario, inertia),
-        slips=Slips(tip=build_slip(scenario), motion=TipMotion(encoder=0.5 * scenario.sense.encoder_noise)),
+        slips=build_slips(scenario),
         forces=forces,
         touch=touch,
         joints=THROUGH if torque else JointSmoother(),
@@ -258,11 +260,18 @@ def build_wrench(scenario: Scenario, inertia: ToolInertia) -> TipWrench:
     )
 
 
-def build_slip(scenario: Scenario) -> TipSlip:
-    """Tests for a slip of the tip, told how well the fingertips read."""
+def build_slips(scenario: Scenario) -> Slips:
+    """Tests for slips, told how well fingertips and joints read, how loose the blade sits, and the pace of the gait."""
+    tool, slot = scenario.tool, scenario.screw.slot_width
+    haste, height = max(scenario.speed.gait, 1.0), tool.contact_height
+    play = BladePlay(slot_play(tool.blade_width, tool.blade_thickness, slot), scenario.force.direction_noise)
     if scenario.force.source == "strain":
-        return replace(GAUGED_SLIP, height=scenario.tool.contact_height)
-    return TipSlip(direction_error=scenario.force.direction_noise, height=scenario.tool.contact_height)
+        tip = replace(GAUGED_SLIP, height=height, haste=haste, look=SecondLook(play))
+    else:
+        direction = scenario.force.direction_noise
+        tip = TipSlip(direction_error=direction, height=height, haste=haste, look=SecondLook(play))
+    encoder = 0.5 * scenario.sense.encoder_noise
+    return Slips(tip=tip, motion=TipMotion(encoder=encoder, haste=haste, play=slot - tool.blade_thickness))
 
 
 def slot_play(width: float, thickness: float, slot: float) -> float:
