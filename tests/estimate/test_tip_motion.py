@@ -117,13 +117,12 @@ def test_a_slip_is_forgotten() -> None:
 def test_displacement_is_a_weighted_least_squares() -> None:
     rng = np.random.default_rng(1)
     way, J = 1e-4 * rng.normal(size=(5, 3)), rng.normal(size=(5, 6, 28))
-    held, p_WF, encoder = np.array([1.0, 0.0, 0.5, 0.3, 0.0]), C_W + 0.01 * rng.normal(size=(5, 3)), 4e-4
-    floor = 1e-5 * np.arange(1.0, 6.0)
+    held, p_WF, encoder, floor = np.array([1.0, 0.0, 0.5, 0.3, 0.0]), C_W + 0.01 * rng.normal(size=(5, 3)), 4e-4, 2e-5
     found = displaced(way, held, C_W, p_WF, J, P_WT, HAND_JOINTS, encoder, floor, 5e-4, 0.02, 0.02, DT)
     N, g, square = np.diag([0.0, 0.0, 5e-4**-2, *[0.02**-2] * 3]), np.zeros(6), 0.0
     for i in (0, 2, 3):
         point = (J[i, :3] - skew(C_W[i] - p_WF[i]) @ J[i, 3:])[:, HAND_JOINTS:]
-        W = np.linalg.inv(encoder**2 * (1.0 + DT / held[i]) * point @ point.T + floor[i] ** 2 * np.eye(3))
+        W = np.linalg.inv(encoder**2 * (1.0 + DT / held[i]) * point @ point.T + floor**2 * np.eye(3))
         B = np.hstack([np.eye(3), -skew(C_W[i])])
         N, g, square = N + B.T @ W @ B, g + B.T @ W @ way[i], square + float(way[i] @ W @ way[i])
     x = np.linalg.solve(N, g)
@@ -168,12 +167,21 @@ def test_what_the_blade_s_play_allows_is_no_slip() -> None:
     assert found[3] > 12.8
 
 
-def test_a_handle_that_has_rolled_far_and_fingers_that_have_just_landed_tell_less() -> None:
-    still, rolling, landed = Rig(), Rig(), Rig()
+def test_a_handle_that_has_rolled_far_tells_less() -> None:
+    still, rolling = Rig(), Rig()
     for _ in range(50):
         still.tick()
         # as in a fast roll: 2 rad/s on 18 mm
         rolling.tick(rolled=0.00036)
-    landed.run(5)
-    found = [rig.tick(slip((0.001, 0.0))) for rig in (still, rolling, landed)]
-    assert max(found[1:]) < found[0]
+    assert rolling.tick(slip((0.001, 0.0))) < still.tick(slip((0.001, 0.0)))
+
+
+def test_a_finger_that_joins_others_has_strayed_as_they_have() -> None:
+    rig, alike = Rig(squeeze=FOUR * [1.0, 0.0, 1.0, 0.0, 0.0]), np.full((5, 3), 0.0005)
+    rig.run(50)
+    # the hand is read wrong by half a millimetre, and no longer so when a finger has joined: no finger has moved
+    rig.tick(alike)
+    rig.squeeze = FOUR
+    rig.run(1)
+    rig.tick(-alike)
+    assert np.abs(rig.state.way[:4]).max() < 1.5e-4

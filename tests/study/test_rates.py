@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from turnscrew.study.rates import poisson_upper, wilson
+from turnscrew.study.rates import poisson, poisson_upper, wilson
 
 
 def test_wilson_against_published_values() -> None:
@@ -26,3 +26,10 @@ def test_poisson_bound_of_none_and_of_one() -> None:
     # -log(.05), and the solution of exp(-m) (1 + m) = .05; three digits
     assert poisson_upper(0) == pytest.approx(2.996, abs=5e-4)
     assert poisson_upper(1) == pytest.approx(4.744, abs=5e-4)
+
+
+def test_poisson_interval_against_published_values() -> None:
+    # Garwood (1936): of none, one and ten
+    assert poisson(0) == pytest.approx((0.0, 3.689), abs=5e-4)
+    assert poisson(1) == pytest.approx((0.0253, 5.572), abs=5e-4)
+    assert poisson(10) == pytest.approx((4.795, 18.39), abs=5e-3)

@@ -16,6 +16,7 @@ from rich.console import Console
 
 from turnscrew.errors import PlanError, ScenarioError
 from turnscrew.show.trials_report import (
+    false_alarm_lines,
     lived_with,
     mishap_lines,
     report,
@@ -190,6 +191,40 @@ def test_report_tells_in_how_many_trials_a_mishap_happened(tmp_path: Path) -> No
         done.append((part, vars(Trial(seed, seed != 7505, "goal", mishap="push", mishap_phase=phase))))
     (line,) = mishap_lines(write_results(done, tmp_path))
     assert line.startswith("push: happened in 7 of 10 trials, 6 of which passed")
+
+
+def test_report_tells_false_alarms_in_a_hundred_rounds(tmp_path: Path) -> None:
+    done = []
+    for part in trials(None, [], "standard", range(7500, 7510), tmp_path).parts:
+        alarms = {7501: "FINGER_SLIP 1, TIP_SLIP 2", 7502: "TIP_SLIP 1"}.get(part.scenario.seed, "")
+        done.append((part, vars(Trial(part.scenario.seed, True, "goal", rounds=5, false_alarms=alarms))))
+    lines = false_alarm_lines(write_results(done, tmp_path))
+    # intervals after Garwood for 1, 3 and 4 events in 50 rounds
+    assert lines == [
+        "false alarms: FINGER_SLIP 1 in 50 rounds = 2.00 in 100 (95 %: 0.05 to 11.14)",
+        "false alarms: TIP_SLIP 3 in 50 rounds = 6.00 in 100 (95 %: 1.24 to 17.53)",
+        "false alarms: all 4 in 50 rounds = 8.00 in 100 (95 %: 2.18 to 20.48)",
+    ]
+    (part, trial), *_ = done
+    quiet = write_results([(part, {**trial, "false_alarms": ""})], tmp_path)
+    # none in five rounds: 3.69 events at 97.5 %
+    assert false_alarm_lines(quiet) == ["false alarms: all 0 in 5 rounds = 0.00 in 100 (95 %: 0.00 to 73.78)"]
+    disturbed = write_results([(part, {**trial, "mishap": "push"})], tmp_path)
+    assert false_alarm_lines(disturbed) == []
+
+
+def test_report_tells_how_soon_a_mishap_is_named(tmp_path: Path) -> None:
+    done = []
+    for part in trials(None, [], "standard", range(7500, 7504), tmp_path, "dark").parts:
+        seed = part.scenario.seed
+        named = {7500: "missed", 7501: "run over"}.get(seed, "named")
+        delay = 0.01 * (seed - 7450) if named == "named" else np.nan
+        done.append((part, vars(Trial(
+            seed, True, "goal", mishap="dark", mishap_phase="roll", named=named, delay_s=delay
+        ))))  # fmt: skip
+    _, line = mishap_lines(write_results(done, tmp_path))
+    assert line.startswith("dark: named in 2 of 3 = 66.7 %")
+    assert line.endswith("0.53 s after the trouble began (at most 0.53 s); missed in 1")
 
 
 def test_two_processes_give_the_same_table_as_none(tmp_path: Path) -> None:

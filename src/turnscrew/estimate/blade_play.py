@@ -48,9 +48,10 @@ class BladePlay:
     Attributes:
         play: Angle by which the blade can turn in its slot, from wall to wall [rad].
         direction_error: Bound of the readings' error in direction [rad].
-        after: Time over which the torque now is averaged [s]: a slip's own jerk is over then.
+        after: Time over which a torque is told [s]: of three readings the middle one.
         gap: Time before now in which the torque is not looked at [s], for it may be that of the jerk,
-        before: and time up to which it is averaged before that [s].
+        before: and time up to which it is compared with what it is now [s]: it comes and goes while a blade that is
+            free hops.
         least: What the torque changes by at least when the blade meets its walls [N.m]: a slip leaves it within 6 mN.m,
             and the threads of screws that a hand can turn resist by 10 and more.
         sure: Standard deviations of the readings' error that count as no change.
@@ -64,7 +65,7 @@ class BladePlay:
     direction_error: float = np.deg2rad(30.0)
     after: float = 0.03
     gap: float = 0.08
-    before: float = 0.14
+    before: float = 0.2
     least: float = 0.008
     sure: float = 2.0
     lately: float = 0.15
@@ -100,13 +101,16 @@ class BladePlay:
     def crossed(self, state: PlayState, dt: float) -> bool:
         """Whether the blade has met the other wall, or is on its way to it."""
         after, gap, before = (round(span / dt) for span in (self.after, self.gap, self.before))
-        if len(state.torque) < before:
+        if len(state.torque) < before + after:
             return False
-        now, then = slice(-after, None), slice(-before, -gap)
         # medians: fingers that strike something are read wrong for a tick
-        step = float(np.median(state.torque[now]) - np.median(state.torque[then]))
-        shift = np.median(state.lever[now], axis=0) - np.median(state.lever[then], axis=0)
-        doubt = self.sure * DIRECTION_SHARE * self.direction_error * float(np.sqrt(shift @ shift))
+        torque, lever = float(np.median(state.torque[-after:])), np.median(state.lever[-after:], axis=0)
+        step = 0.0
+        for end in range(gap, before + 1, after):
+            then = slice(-end - after, -end)
+            shift = lever - np.median(state.lever[then], axis=0)
+            doubt = self.sure * DIRECTION_SHARE * self.direction_error * float(np.sqrt(shift @ shift))
+            step = max(step, abs(torque - float(np.median(state.torque[then]))) - doubt)
         back = float(state.turned[-round(self.lately / dt) :].sum())
         eased = float(np.ptp(state.torque[:-gap])) > self.least
-        return abs(step) > self.least + doubt or (eased and back > self.share * self.play)
+        return step > self.least or (eased and back > self.share * self.play)

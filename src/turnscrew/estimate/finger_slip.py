@@ -154,17 +154,23 @@ def _slid(
 ) -> tuple[Array, Array, Array]:  # fmt: skip
     """Ways (5,) of a tick later [m], times for which fingers have held [s], and ways slid [m].
 
-    A finger's own way is what is left of it when the hand's is taken off, as the others tell it.
+    A finger's own way is what is left of it when the hand's is taken off, as the others tell it.  A finger that joins
+    others begins with what they say the hand is read wrong by.
     """
-    k, total, known = len(way), 0.0, 0
+    k, joint, holding, total, known = len(way), 0.0, 0, 0.0, 0
     ways, times, slid = np.zeros(k), np.zeros(k), np.zeros(k)
+    moves = hand_sigma * hand_sigma
     for i in range(k):
         if level[i] > firm:
             ways[i], times[i] = keep * way[i] + moved[i], held[i] + dt
+            if held[i] > 0.0:
+                joint, holding = joint + ways[i], holding + 1
+    for i in range(k):
+        if times[i] > 0.0 and held[i] == 0.0:
+            ways[i] = moves / (holding * moves + noise**2) * joint
         if times[i] > fresh:
             total += ways[i]
             known += 1
-    moves = hand_sigma * hand_sigma
     for i in range(k):
         if times[i] > fresh:
             hand = moves / ((known - 1) * moves + noise**2) * (total - ways[i])

@@ -15,7 +15,8 @@ class Strayed(NamedTuple):
     """How the fingertips have moved otherwise than a tool on a tip at rest.
 
     Attributes:
-        way: (5, 3) by how much, forgotten slowly, in W [m]; zero for fingers that do not hold.
+        way: (5, 3) by how much, forgotten slowly, in W [m]; zero for fingers that do not hold.  A finger that joins
+            others begins with what they have strayed by alike.
         held: (5,) time for which each has held [s].
         slow: (5,) slowly smoothed size of each force [N].
     """
@@ -66,9 +67,16 @@ def strayed(
         holds = size > max(firm, going * slow[i])
         slow[i] += dt / (slow_time + dt) * (size - slow[i])
         for j in range(3):
-            # motion before the first reading that holds is none of a finger that holds
             way[i, j] = keep * way[i, j] + moved[i, j] if holds and held[i] > 0.0 else 0.0
         held[i] = held[i] + dt if holds else 0.0
+    # what the hand as a whole is read to have moved by, those that hold know, and a finger that joins them does not
+    alike, number = np.zeros(3), 0
+    for i in range(len(held)):
+        if held[i] > 1.5 * dt:
+            alike, number = alike + way[i], number + 1
+    for i in range(len(held)):
+        if number and 0.0 < held[i] <= 1.5 * dt:
+            way[i] = alike / number
     return Strayed(way, held, slow)
 
 
@@ -101,7 +109,7 @@ def _rows(lever: Array) -> Array:
 
 @compiled
 def displaced(
-    way: Array, held: Array, c_W: Array, p_WF: Array, J: Array, p_WT: Array, first: int, encoder: float, floor: Array,
+    way: Array, held: Array, c_W: Array, p_WF: Array, J: Array, p_WT: Array, first: int, encoder: float, floor: float,
     lift: float, turn: float, fresh: float, dt: float,
 ) -> Displaced:  # fmt: skip
     """Displacement of the tip that fits best what the fingertips have strayed by, whatever the tool turned by.
@@ -115,7 +123,7 @@ def displaced(
         p_WT: (3,) tip, in W [m].
         first: First joint of the hand's fingers.
         encoder: Noise of a finger's joint as smoothed [rad].
-        floor: (5,) what each contact moves by that no encoder tells [m].
+        floor: What a contact moves by that no encoder tells [m].
         lift: Standard deviation along z of what all have moved by alike [m].
         turn: Of what the tool may have turned by beside what odometry has told, about any axis [rad].
         fresh: Time for which a finger that has just begun to hold does not tell [s].
@@ -129,7 +137,7 @@ def displaced(
         if held[i] <= fresh:
             continue
         # the first reading, from which the way counts, is noisy as well, and is forgotten with time
-        S = _noise(J[i], c_W[i] - p_WF[i], first, encoder * np.sqrt(1.0 + dt / held[i]), floor[i])
+        S = _noise(J[i], c_W[i] - p_WF[i], first, encoder * np.sqrt(1.0 + dt / held[i]), floor)
         B, d = _rows(c_W[i] - p_WT), way[i].copy().reshape(3, 1)
         weighed = solve_positive(S, np.hstack((B, d)))
         N += B.T @ weighed[:, :6].copy()

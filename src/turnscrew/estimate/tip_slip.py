@@ -82,7 +82,7 @@ class TipSlip:
 
     Attributes:
         direction_error: Bound of the readings' error in direction [rad].
-        alarm_period: Mean time between false alarms that the threshold is made for [s]: twice the ten minutes
+        alarm_period: Mean time between false alarms that the threshold is made for [s]: thirty times the 100 rounds
             wanted, for the tails of real innovations are heavier than a Gaussian's.
         inflation: How much larger innovations are in a slip than without: 4, found by trial, 3 to 6 do equally well.
         noise: White noise of a reading, an axis [N].
@@ -112,7 +112,7 @@ class TipSlip:
     """
 
     direction_error: float = np.deg2rad(30.0)
-    alarm_period: float = 1200.0
+    alarm_period: float = 10800.0
     inflation: float = 4.0
     noise: float = 0.035
     memory: float = 3.0

@@ -15,7 +15,7 @@ from rich.table import Table
 
 from turnscrew.show.parts_progress import gather
 from turnscrew.study.parts import Done, Engine
-from turnscrew.study.rates import wilson
+from turnscrew.study.rates import poisson, wilson
 from turnscrew.study.trials.study import Trials, work, write_results
 from turnscrew.study.trials.variation import Row
 from turnscrew.task.scenario import fields
@@ -54,7 +54,7 @@ def report(study: Trials, jobs: int, out: Path, console: Console, engine: Engine
     table = write_results(done, out)
     for shown in result_tables(table):
         console.print(shown)
-    for line in [*lived_with(table), *mishap_lines(table), *worst_lines(table)]:
+    for line in [*lived_with(table), *false_alarm_lines(table), *mishap_lines(table), *worst_lines(table)]:
         console.print(line, highlight=False, soft_wrap=True)
     places = [table, *_plots(table, [row.key for row in study.rows], out)]
     console.print("written: " + ", ".join(str(place) for place in places), highlight=False, soft_wrap=True)
@@ -121,18 +121,48 @@ def lived_with(table: Path) -> list[str]:
     return [f"lived with: {kind} {number} times, in {trials} trials" for kind, number, trials in found]
 
 
+def false_alarm_lines(table: Path) -> list[str]:
+    """Trouble that was named and was not there, in trials to which nothing was done: by fault, in 100 rounds."""
+    with duckdb.connect() as connection:
+        (rounds,) = connection.execute(
+            f"SELECT coalesce(sum(rounds), 0) FROM '{_quoted(table)}' WHERE mishap = ''"
+        ).fetchall()[0]
+        found = connection.execute(
+            "SELECT split_part(word, ' ', 1) AS kind, sum(split_part(word, ' ', 2)::INT) FROM (SELECT "
+            f"unnest(string_split(false_alarms, ', ')) AS word FROM '{_quoted(table)}' "
+            "WHERE mishap = '' AND false_alarms != '') GROUP BY kind ORDER BY kind"
+        ).fetchall()
+    if not rounds:
+        return []
+    every = [*found, ("all", sum(count for _, count in found))] if len(found) != 1 else found
+    lines = []
+    for kind, count in every:
+        low, high = (100.0 * bound / rounds for bound in poisson(int(count)))
+        lines.append(
+            f"false alarms: {kind} {count} in {rounds} rounds = {100.0 * count / rounds:.2f} in 100 "
+            f"(95 %: {low:.2f} to {high:.2f})"
+        )
+    return lines
+
+
 def mishap_lines(table: Path) -> list[str]:
-    """In how many trials what was to go wrong did go wrong: a run may be over before."""
+    """In how many trials what was to go wrong did go wrong (a run may be over before), and how soon it was named."""
     with duckdb.connect() as connection:
         found = connection.execute(
             "SELECT mishap, count(*) FILTER (mishap_phase != ''), "
-            "count(*) FILTER (mishap_phase != '' AND passed), count(*) "
+            "count(*) FILTER (mishap_phase != '' AND passed), count(*), "
+            "count(*) FILTER (named = 'named'), count(*) FILTER (named = 'missed'), "
+            "median(delay_s) FILTER (named = 'named'), max(delay_s) FILTER (named = 'named') "
             f"FROM '{_quoted(table)}' WHERE mishap != '' GROUP BY mishap"
         ).fetchall()
-    return [
-        f"{mishap}: happened in {met} of {count} trials, {passed} of which passed; the commands make trials without it"
-        for mishap, met, passed, count in found
-    ]
+    lines = []
+    for mishap, met, passed, count, named, missed, median, latest in found:
+        happened = f"{mishap}: happened in {met} of {count} trials, {passed} of which passed"
+        lines.append(f"{happened}; the commands make trials without it")
+        if named + missed:
+            delay = f", {median:.2f} s after the trouble began (at most {latest:.2f} s)" if named else ""
+            lines.append(f"{mishap}: named in {share(named, named + missed)}{delay}; missed in {missed}")
+    return lines
 
 
 def worst_lines(table: Path) -> list[str]:

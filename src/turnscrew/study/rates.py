@@ -28,3 +28,9 @@ def wilson(successes: int, trials: int) -> tuple[float, float]:
 def poisson_upper(count: int) -> float:
     """95 % upper bound of how many events to expect where so many were counted; 3.0 where none was."""
     return float(0.5 * chi2.ppf(0.95, 2 * (count + 1)))
+
+
+def poisson(count: int) -> tuple[float, float]:
+    """95 % interval of how many events to expect where so many were counted, exact after Garwood (1936)."""
+    low = 0.5 * chi2.ppf(0.025, 2 * count) if count else 0.0
+    return float(low), float(0.5 * chi2.ppf(0.975, 2 * (count + 1)))

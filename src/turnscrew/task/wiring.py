@@ -271,7 +271,7 @@ def build_slips(scenario: Scenario) -> Slips:
         direction = scenario.force.direction_noise
         tip = TipSlip(direction_error=direction, height=height, haste=haste, look=SecondLook(play))
     encoder = 0.5 * scenario.sense.encoder_noise
-    return Slips(tip=tip, motion=TipMotion(encoder=encoder, haste=haste, play=slot - tool.blade_thickness))
+    return Slips(tip=tip, motion=TipMotion(encoder=encoder, play=slot - tool.blade_thickness))
 
 
 def slot_play(width: float, thickness: float, slot: float) -> float:

@@ -54,7 +54,9 @@ MISHAPS = {
     "dark": Disturbance(
         "the camera is dark for 3 s", seconds(3.0), spoiling(lambda span, rng: dark(span)), FaultKind.VISION_LOST
     ),
-    "frozen": Disturbance("one finger's force reading hangs for 3 s", seconds(3.0), spoiling(frozen)),
+    "frozen": Disturbance(
+        "one finger's force reading hangs for 3 s", seconds(3.0), spoiling(frozen), FaultKind.FORCE_SUSPECT
+    ),
     "dropout": Disturbance("no command arrives for .2 s", seconds(0.2), _lose),
 }
 """Mishaps by name."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from zlib import crc32
 
@@ -13,10 +14,11 @@ from turnscrew.errors import PlanError
 from turnscrew.geometry.arrays import Array
 from turnscrew.plant.cell import Cell
 from turnscrew.plant.truth import Truth
-from turnscrew.signals import Fault
+from turnscrew.signals import Fault, FaultKind
 from turnscrew.study.disturbances.disturbance import Hook, Span, idle
 from turnscrew.study.disturbances.mishaps import MISHAPS, MOMENT
 from turnscrew.study.disturbed import GOAL, turn
+from turnscrew.study.trials.witness import Witness
 from turnscrew.task.fasten import Adapt, Run, summarise
 from turnscrew.task.loop import Tick
 from turnscrew.task.scenario_keys import Scenario
@@ -27,6 +29,11 @@ NO_START = "no start"
 
 CRASH = "crash"
 """The program itself failed."""
+
+NEVER = Span(math.nan, math.nan)
+
+LATEST = 1.0
+"""Time after trouble from which on it is not named any more [s]: the slowest, a camera that is missed, takes .5 s."""
 
 
 @dataclass(frozen=True)
@@ -41,6 +48,7 @@ class Trial:
         round: Rounds that the robot had counted at the end.
         evidence: Of the fault that ended it.
         warnings: Trouble that the run lived with, each kind with how often it was named.
+        false_alarms: Trouble that was named and was not there by the truth, likewise; see `Witness`.
         rounds: Rounds by which the screw was really turned.
         turned_deg: Angle by which it was [deg].
         time_s: Simulated time [s].
@@ -58,6 +66,10 @@ class Trial:
         mishap: What happened to it on purpose, if anything.
         mishap_s: When [s].
         mishap_phase: Phase of the gait then; empty if the run was over before.
+        trouble_s: When it had led to what should be named [s]; not a number where it never did.
+        delay_s: Time from then until that was named [s], negative where it was named before.
+        named: "named" or "missed"; "nothing" where there was nothing to name, "run over" where the run ended before it
+            could be; empty for a mishap without a name.
         recoveries: What the robot did about trouble, in its order.
     """
 
@@ -68,6 +80,7 @@ class Trial:
     round: int = 0
     evidence: str = ""
     warnings: str = ""
+    false_alarms: str = ""
     rounds: int = 0
     turned_deg: float = math.nan
     time_s: float = math.nan
@@ -85,6 +98,9 @@ class Trial:
     mishap: str = ""
     mishap_s: float = math.nan
     mishap_phase: str = ""
+    trouble_s: float = math.nan
+    delay_s: float = math.nan
+    named: str = ""
     recoveries: str = ""
 
 
@@ -96,30 +112,55 @@ class Notes:
         cell: The plant.
         limits: (28, 2) the joints' ranges [rad].
         room: Least distance of a joint from its limits so far [rad].
-        mishap_s: When something is to happen [s].
+        witness: Of what is true.
+        mishap: When something is to happen, and until when.
+        expected: What should be named then.
         phase: Phase of the gait.
         round: Rounds completed.
         mishap_phase: Phase in which it happened.
         faults: All that was named.
+        false: What of it was not so.
+        trouble_s: When the mishap had led to what should be named [s].
     """
 
     cell: Cell
     limits: Array
+    witness: Witness
     room: float = math.inf
-    mishap_s: float = math.nan
+    mishap: Span = NEVER
+    expected: FaultKind | None = None
     phase: str = ""
     round: int = 0
     mishap_phase: str = ""
     faults: list[Fault] = field(default_factory=list)
+    false: list[Fault] = field(default_factory=list)
+    trouble_s: float = math.nan
 
     def see(self, tick: Tick, truth: Truth) -> None:
         """One tick."""
+        time = tick.measurement.time
         self.phase, self.round = str(tick.goal.phase), tick.goal.round
-        if tick.measurement.time >= self.mishap_s and not self.mishap_phase:
-            self.mishap_phase = self.phase
+        self.witness.see(tick, truth)
+        if time >= self.mishap.start:
+            self.mishap_phase = self.mishap_phase or self.phase
+            if self.expected is not None and math.isnan(self.trouble_s) and time < self.mishap.end + LATEST:
+                self.trouble_s = time if self.witness.trouble(self.expected) else math.nan
         self.faults.extend(tick.faults)
+        self.false.extend(fault for fault in tick.faults if self.witness.false(fault, tick, truth))
         q = self.cell.q
         self.room = min(self.room, float(np.minimum(q - self.limits[:, 0], self.limits[:, 1] - q).min()))
+
+    def naming(self) -> tuple[str, float]:
+        """What became of the mishap's name, and how long after the trouble it was said [s]."""
+        if self.expected is None or not self.mishap_phase:
+            return "", math.nan
+        if math.isnan(self.trouble_s):
+            return "nothing", math.nan
+        times = [fault.time for fault in self.faults if fault.kind is self.expected]
+        said = [time for time in times if self.mishap.start <= time < self.trouble_s + LATEST]
+        if said:
+            return "named", said[0] - self.trouble_s
+        return ("run over" if self.witness.time[-1] < self.trouble_s + LATEST else "missed"), math.nan
 
 
 def attempt(scenario: Scenario, mishap: str = "", adapt: Adapt | None = None) -> Trial:
@@ -138,7 +179,8 @@ def attempt(scenario: Scenario, mishap: str = "", adapt: Adapt | None = None) ->
         run = Run.begin(scenario, adapt=adapt)
     except PlanError as error:
         return Trial(scenario.seed, False, NO_START, evidence=str(error), mishap=mishap)
-    notes = Notes(run.cell, run.loop.blocks.adapter.robot.limits)
+    witness = Witness(run.loop.dt, scenario.contact.finger_friction)
+    notes = Notes(run.cell, run.loop.blocks.adapter.robot.limits, witness)
     with run.cell:
         hook = _prepare(run, mishap, notes) if mishap else idle
         try:
@@ -148,24 +190,26 @@ def attempt(scenario: Scenario, mishap: str = "", adapt: Adapt | None = None) ->
             evidence = f"{type(error).__name__}: {error}"
             return Trial(scenario.seed, False, CRASH, notes.phase, notes.round, evidence, mishap=mishap)
         trial = _told(scenario.seed, outcome, notes, summarise(run, outcome, notes.faults, 1.0))
+        named, delay = notes.naming()
         return replace(
-            trial, joint_room_deg=math.degrees(notes.room), mishap=mishap, mishap_s=notes.mishap_s,
-            mishap_phase=notes.mishap_phase,
+            trial, joint_room_deg=math.degrees(notes.room), mishap=mishap, mishap_s=notes.mishap.start,
+            mishap_phase=notes.mishap_phase, trouble_s=notes.trouble_s, delay_s=delay, named=named,
         )  # fmt: skip
 
 
 def _prepare(run: Run, mishap: str, notes: Notes) -> Hook:
     """Draws when the mishap happens, the same moment for all kinds, and how; returns the hook that makes it."""
     disturbance = MISHAPS[mishap]
-    notes.mishap_s = float(np.random.default_rng(run.scenario.seed).uniform(*MOMENT))
-    span = Span(notes.mishap_s, notes.mishap_s + disturbance.length(run.scenario))
+    start = float(np.random.default_rng(run.scenario.seed).uniform(*MOMENT))
+    span = Span(start, start + disturbance.length(run.scenario))
+    notes.mishap, notes.expected = span, disturbance.expected
+    notes.witness.hung = span if disturbance.expected is FaultKind.FORCE_SUSPECT else None
     return disturbance.put(run, span, np.random.default_rng([run.scenario.seed, crc32(mishap.encode())]))
 
 
 def _told(seed: int, outcome: str, notes: Notes, summary: Summary) -> Trial:
     # what ended the run was named last
     ending = [fault.evidence for fault in notes.faults if fault.ends and str(fault.kind) == outcome]
-    lived = Counter(str(fault.kind) for fault in notes.faults if not fault.ends)
     pose, rounds, time = summary.pose_error.refined, summary.rounds, summary.sim_time_s
     return Trial(
         seed=seed,
@@ -174,7 +218,8 @@ def _told(seed: int, outcome: str, notes: Notes, summary: Summary) -> Trial:
         phase=notes.phase,
         round=notes.round,
         evidence=ending[-1] if ending else "",
-        warnings=", ".join(f"{kind} {count}" for kind, count in sorted(lived.items())),
+        warnings=_counted(fault for fault in notes.faults if not fault.ends),
+        false_alarms=_counted(notes.false),
         rounds=rounds,
         turned_deg=summary.turned_deg,
         time_s=time,
@@ -190,6 +235,11 @@ def _told(seed: int, outcome: str, notes: Notes, summary: Summary) -> Trial:
         support_fraction=summary.support_fraction,
         recoveries=", ".join(f"{entry.action} ({entry.fault})" for entry in summary.recoveries),
     )
+
+
+def _counted(faults: Iterable[Fault]) -> str:
+    counts = Counter(str(fault.kind) for fault in faults)
+    return ", ".join(f"{kind} {count}" for kind, count in sorted(counts.items()))
 
 
 def _rms(value: float | None) -> float:
