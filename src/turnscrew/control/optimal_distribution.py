@@ -10,17 +10,17 @@ import numpy as np
 from turnscrew.contact.force_sharing import FRESH, ForceSharing, Marks, Program, Sharing, program
 from turnscrew.contact.grasp import weighted_grasp_matrix
 from turnscrew.control.wanted_forces import WantedForces
-from turnscrew.geometry.arrays import Array, Rows
+from turnscrew.geometry.arrays import Array, Flags, Rows
 from turnscrew.geometry.compiled import compiled
-from turnscrew.robot.joints import ARM, DRIVEN, FINGERS
+from turnscrew.robot.joints import ARM, FINGERS
 from turnscrew.robot.model import RobotModel
 from turnscrew.robot.motors import DRIVE_LIMITS
 from turnscrew.signals import GRIP, Estimate, Goal
 
 FINGER_COUNT = len(FINGERS)
 ARM_DRIVES = len(ARM)
-HAND = slice(ARM_DRIVES, None)
-"""Drives whose torque contact forces may exhaust: the arm's has fifty times what a fingertip asks of it."""
+"""Drives of the arm, the first ones: contact forces may exhaust the hand's, and the arm's have fifty times what a
+fingertip asks of them."""
 
 FIRST = 0.1
 """Share up to which a finger counts as one that has just touched."""
@@ -114,10 +114,11 @@ class OptimalDistribution:
 
         Paper: in place of (15) and (16); the error integral of IV-C is not needed where torques press as told.
         """
-        rows = ((goal.roles == GRIP) & (goal.share > 0)).nonzero()[0]
-        if len(rows) == 0:
+        fingers = enumerate(zip(goal.roles.tolist(), goal.share.tolist(), strict=True))
+        held = tuple(row for row, (role, share) in fingers if role == GRIP and share > 0.0)
+        if not held:
             return self.init(), WantedForces.none(F_hd)
-        held = tuple(rows.tolist())
+        rows = np.array(held)
         alarm, weights = self._alarm(state, estimate, dt), self.sharing.weights(estimate.radius)
         active = state.active if state.held == held and state.active is not None else FRESH
         solved = self.sharing.solve(self._posed(state, goal, estimate, F_hd, rows, alarm, weights, active))
@@ -125,9 +126,9 @@ class OptimalDistribution:
         full = solved.status is Sharing.OVERLOADED
         spare = state.spare - dt / SPEND if full else state.spare + dt / REGAIN
         spare = min(max(spare, 0.0), 1.0)
-        f_W, margin, lost = _spread(rows, solved.f_W, solved.margin, solved.lost, weights)
-        limited = np.zeros(len(DRIVEN), dtype=bool)
-        limited[HAND] = solved.limited & (spare == 0.0)
+        f_W, margin, lost, limited = _spread(
+            rows, solved.f_W, solved.margin, solved.lost, weights, solved.limited, spare == 0.0
+        )
         return Shared(f_W, held, solved.active, alarm, spare), WantedForces(f_W, lost, margin, limited)
 
     def _alarm(self, state: Shared, estimate: Estimate, dt: float) -> float:
@@ -173,11 +174,19 @@ def _posed(
 
 
 @compiled
-def _spread(rows: Rows, f_W: Array, margin: Array, lost: Array, weights: Array) -> tuple[Array, Array, Array]:
-    """Forces (5, 3) and margins (5,) of all fingers from those of the fingers in `rows`, and the lost wrench itself."""
+def _spread(
+    rows: Rows, f_W: Array, margin: Array, lost: Array, weights: Array, full: Flags, spent: bool
+) -> tuple[Array, Array, Array, Flags]:
+    """Forces (5, 3) and margins (5,) of all fingers from those of the fingers in `rows`; the lost wrench itself.
+
+    And which drives (24,) hold the forces back: those of the hand that are `full`, where the margin is `spent`.
+    """
     forces, spare = np.zeros((FINGER_COUNT, 3)), np.full(FINGER_COUNT, np.nan)
     forces[rows], spare[rows] = f_W, margin
-    return forces, spare, lost / weights
+    limited = np.zeros(ARM_DRIVES + len(full), np.bool_)
+    if spent:
+        limited[ARM_DRIVES:] = full
+    return forces, spare, lost / weights, limited
 
 
 @compiled

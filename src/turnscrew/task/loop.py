@@ -147,9 +147,9 @@ class Loop:
         controller, effort = blocks.controller.update(state.controller, goal, estimate, dt)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, dt)
         under_way = self._write(state.under_way, plant, command, sensors)
-        return changed(
-            state, sensors=sensors, controller=controller, adapter=adapter, joints=joints, last=(estimate, goal),
-            under_way=under_way, saturated=state.saturated | command.saturated,
+        return LoopState(
+            sensors, state.estimator, state.watch, state.decider, controller, adapter, state.sent, state.faults, joints,
+            (estimate, goal), under_way, state.saturated | command.saturated,
         )  # fmt: skip
 
     def _write(self, under_way: UnderWay, plant: Cell, command: Command, sensors: SensorState) -> UnderWay:
