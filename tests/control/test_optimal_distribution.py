@@ -12,6 +12,7 @@ from turnscrew.contact.friction import split
 from turnscrew.contact.grasp import grasp_matrix
 from turnscrew.control.optimal_distribution import OptimalDistribution
 from turnscrew.robot.contact_jacobian import contact_jacobian
+from turnscrew.robot.coupling import SELECTION
 from turnscrew.robot.joints import DRIVEN
 from turnscrew.robot.model import RobotModel
 from turnscrew.robot.motors import DRIVE_LIMITS
@@ -118,3 +119,29 @@ def test_a_finger_that_is_trusted_less_presses_more_and_stays_inside_its_smaller
     # it presses a fifth more; the rest of what it can no longer carry goes to the thumb
     assert pressing[2] > 1.1 * split(whole.f_W, PINCHED.n_W)[0][2]
     assert along[2] <= 0.6 * BLOCK.friction * pressing[2]
+
+
+def test_the_program_in_one_pass_is_the_one_of_its_parts():
+    goal, F_hd, rows = (
+        gripping(FOUR, np.where(TH_MF, 1.0, 0.4) * FOUR),
+        np.array([0.1, 0, -4, 0, 0, -0.05]),
+        np.arange(4),
+    )
+    state, _ = BLOCK.update(BLOCK.init(), goal, FOUR_HELD, F_hd, DT)
+    weights, sharing = BLOCK.sharing.weights(FOUR_HELD.radius), BLOCK.sharing
+    posed = BLOCK._posed(state, goal, FOUR_HELD, F_hd, rows, 0.5, weights, state.active)
+    k, n_W = 4, FOUR_HELD.n_W[:4]
+    G = grasp_matrix(FOUR_HELD.c_W[:4], FOUR_HELD.p_WT)
+    R = np.kron(np.eye(2), FOUR_HELD.R_WT)
+    np.testing.assert_allclose(posed.A, weights[:, None] * (R.T @ G), atol=1e-12)
+    dear = (sharing.follow + sharing.rest) * np.eye(3 * k)
+    np.testing.assert_allclose(posed.H, posed.A.T @ posed.A + dear, atol=1e-12)
+    squeeze = goal.squeeze[:4] + 0.5 * goal.share[:4]
+    pull = sharing.follow * state.f_W[:4] - sharing.rest * squeeze[:, None] * n_W
+    np.testing.assert_allclose(posed.slope, -(posed.A.T @ (weights * F_hd)) - pull.ravel(), atol=1e-12)
+    torques = (sharing.sides + 1) * k
+    J = contact_jacobian(ROBOT.fingertips(FOUR_HELD.q), rows, FOUR_HELD.c_W[:4])
+    np.testing.assert_allclose(posed.rows[torques:], J.T[4:], atol=1e-12)
+    # what the drives may give is about what they need to hold the hand
+    middle = -(SELECTION.T @ ROBOT.bias(FOUR_HELD.q, FOUR_HELD.v))[4:]
+    np.testing.assert_allclose(0.5 * (posed.low + posed.high)[torques:], middle, atol=1e-12)

@@ -6,7 +6,7 @@ The watch names what keeps a run from going on as it is; this block decides whet
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
 
@@ -14,6 +14,7 @@ import numpy as np
 
 from turnscrew.decide.gait import Gait, GaitState, Phase
 from turnscrew.signals import Estimate, Fault, FaultKind, Goal
+from turnscrew.values import changed
 
 
 class Action(StrEnum):
@@ -119,18 +120,18 @@ class Decider:
             dt: Time since then [s].
         """
         fault = next((fault for fault in faults if fault.ends), None)
-        state = replace(state, clock=state.clock + dt)
+        state = changed(state, clock=state.clock + dt)
         if fault is not None:
             state = self._answer(state, fault, estimate)
         elif state.action is Action.WAIT:
-            state = replace(state, action=None)
+            state = changed(state, action=None)
         if state.action is Action.STOP and state.goal is not None:
             return state, state.goal
         gait, goal = self.gait.update(state.gait, estimate, dt, still=state.action is Action.WAIT)
         if state.action in (Action.CATCH, Action.AIM, Action.BACK) and gait.phase is not state.gait.phase:
-            state = replace(state, action=None)
-        goal = replace(goal, action="" if state.action is None else str(state.action), recoveries=len(state.made))
-        return replace(state, gait=gait, goal=goal), goal
+            state = changed(state, action=None)
+        goal = changed(goal, action="" if state.action is None else str(state.action), recoveries=len(state.made))
+        return changed(state, gait=gait, goal=goal), goal
 
     def _answer(self, state: DeciderState, fault: Fault, estimate: Estimate) -> DeciderState:
         """Begins what is to be done about a fault, unless that is being done."""
@@ -144,7 +145,7 @@ class Decider:
             # for longer than there is patience
             action = Action.STOP
         if action is Action.STOP:
-            return replace(state, action=action, clock=0.0, fault=fault, goal=stilled(state.goal))
+            return changed(state, action=action, clock=0.0, fault=fault, goal=stilled(state.goal))
         gait = {
             Action.WAIT: lambda: state.gait,
             Action.CATCH: lambda: self.gait.catching(state.gait, estimate),
@@ -152,7 +153,7 @@ class Decider:
             Action.BACK: lambda: self.gait.backing(state.gait),
         }[action]()
         made = (*state.made, Recovery(fault.time, fault.kind, phase, state.gait.cycle, action))
-        return replace(state, gait=gait, action=action, clock=0.0, made=made)
+        return changed(state, gait=gait, action=action, clock=0.0, made=made)
 
     def _tried(self, state: DeciderState, kind: FaultKind) -> int:
         """How often this trouble has been answered since the last round ended."""
@@ -163,6 +164,6 @@ def stilled(goal: Goal | None) -> Goal | None:
     """The same grasp, with nothing moving any more."""
     if goal is None:
         return None
-    return replace(
+    return changed(
         goal, turn_rate=0.0, approach=np.zeros_like(goal.approach), V_palm=np.zeros(6), action=str(Action.STOP)
     )
