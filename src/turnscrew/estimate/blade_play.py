@@ -12,12 +12,13 @@ with next to nothing.  To the forces that looks like a slip.  Two things tell it
 - **the turn**: the tool has just turned back, against the way it turns the screw, by a good part of the play, and the
   torque has been another one.
 
-What the torque is read to change by when squeezes change, because readings point the wrong way, is allowed for.
+What the torque is read to change by when other forces change, because readings point the wrong way, is allowed for.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import hypot, radians, sqrt
 
 import numpy as np
 
@@ -32,12 +33,12 @@ class PlayState:
 
     Attributes:
         torque: (n,) of the fingertips about the tool's axis, as read [N.m].
-        lever: (n, 5) squeeze of each finger times its distance from the axis [N.m].
+        moment: (n, 5, 3) force of each finger, in W, times its distance from the axis [N.m].
         turned: (n,) by what the tool turned about its axis in each tick [rad].
     """
 
     torque: Array
-    lever: Array
+    moment: Array
     turned: Array
 
 
@@ -61,8 +62,8 @@ class BladePlay:
             with the tool, keeps its blade on the same walls and its torque nearly as it was.
     """
 
-    play: float = np.deg2rad(3.9)
-    direction_error: float = np.deg2rad(30.0)
+    play: float = radians(3.9)
+    direction_error: float = radians(30.0)
     after: float = 0.03
     gap: float = 0.08
     before: float = 0.2
@@ -74,27 +75,24 @@ class BladePlay:
 
     def init(self) -> PlayState:
         """Nothing read yet."""
-        return PlayState(np.empty(0), np.empty((0, 5)), np.empty(0))
+        return PlayState(np.empty(0), np.empty((0, 5, 3)), np.empty(0))
 
-    def update(
-        self, state: PlayState, f_W: Array, arm: Array, n_W: Array, axis: Array, turned: float, dt: float
-    ) -> PlayState:
+    def update(self, state: PlayState, f_W: Array, arm: Array, axis: Array, turned: float, dt: float) -> PlayState:
         """Take in one tick.
 
         Args:
             state: Of the last tick.
             f_W: (5, 3) forces of the fingertips on the tool as read, in W [N].
             arm: (5, 3) from the tip to the contact points, in W [m].
-            n_W: (5, 3) the handle's outward unit normals there, in W.
             axis: (3,) the tool's axis in W.
             turned: By what the tool has turned about it since the last tick [rad].
             dt: Time since then [s].
         """
-        torque, lever = axial_torque(f_W, arm, n_W, axis)
+        torque, moment = axial_torque(f_W, arm, axis)
         kept = round(self.memory / dt) - 1
         return PlayState(
             np.append(state.torque[-kept:], torque),
-            np.concatenate([state.lever[-kept:], lever[None]]),
+            np.concatenate([state.moment[-kept:], moment[None]]),
             np.append(state.turned[-kept:], turned),
         )
 
@@ -104,13 +102,13 @@ class BladePlay:
         if len(state.torque) < before + after:
             return False
         # medians: fingers that strike something are read wrong for a tick
-        torque, lever = float(np.median(state.torque[-after:])), np.median(state.lever[-after:], axis=0)
-        step = 0.0
+        torque, moment = float(np.median(state.torque[-after:])), np.median(state.moment[-after:], axis=0)
+        met = False
         for end in range(gap, before + 1, after):
             then = slice(-end - after, -end)
-            shift = lever - np.median(state.lever[then], axis=0)
-            doubt = self.sure * DIRECTION_SHARE * self.direction_error * float(np.sqrt(shift @ shift))
-            step = max(step, abs(torque - float(np.median(state.torque[then]))) - doubt)
+            shift = (moment - np.median(state.moment[then], axis=0)).ravel()
+            doubt = self.sure * DIRECTION_SHARE * self.direction_error * sqrt(shift @ shift)
+            met = met or abs(torque - float(np.median(state.torque[then]))) > hypot(self.least, doubt)
         back = float(state.turned[-round(self.lately / dt) :].sum())
         eased = float(np.ptp(state.torque[:-gap])) > self.least
-        return step > self.least or (eased and back > self.share * self.play)
+        return bool(met or (eased and back > self.share * self.play))

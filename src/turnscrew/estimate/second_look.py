@@ -48,11 +48,9 @@ class SecondLook:
         """Nothing in doubt."""
         return LookState(self.play.init())
 
-    def felt(
-        self, state: LookState, f_W: Array, arm: Array, n_W: Array, axis: Array, turned: float, dt: float
-    ) -> LookState:
+    def felt(self, state: LookState, f_W: Array, arm: Array, axis: Array, turned: float, dt: float) -> LookState:
         """Takes in the readings of a tick; arguments as in `BladePlay.update`."""
-        return replace(state, play=self.play.update(state.play, f_W, arm, n_W, axis, turned, dt))
+        return replace(state, play=self.play.update(state.play, f_W, arm, axis, turned, dt))
 
     def judged(
         self, state: LookState, forces: float, eye: float, moved: float, h: float, dt: float

@@ -174,21 +174,21 @@ def held_force(
 
 
 @compiled
-def axial_torque(f_W: Array, arm: Array, n_W: Array, axis: Array) -> tuple[float, Array]:
-    """Torque of the fingertips about the tool's axis [N.m], and (5,) each finger's squeeze times its lever [N.m].
+def axial_torque(f_W: Array, arm: Array, axis: Array) -> tuple[float, Array]:
+    """Torque of the fingertips about the tool's axis, and (5, 3) each finger's force times its distance from it [N.m].
 
     Args:
         f_W: (5, 3) forces of the fingertips, in W [N].
         arm: (5, 3) from the tip to the contacts, in W [m].
-        n_W: (5, 3) the handle's outward unit normals there.
         axis: (3,) the tool's axis.
     """
-    torque, lever = 0.0, np.empty(len(f_W))
+    torque, moment = 0.0, np.empty(f_W.shape)
     for i in range(len(f_W)):
-        r, f, n = arm[i], f_W[i], n_W[i]
+        r, f = arm[i], f_W[i]
         height = r[0] * axis[0] + r[1] * axis[1] + r[2] * axis[2]
         x, y, z = r[0] - height * axis[0], r[1] - height * axis[1], r[2] - height * axis[2]
         torque += axis[0] * (y * f[2] - z * f[1]) + axis[1] * (z * f[0] - x * f[2]) + axis[2] * (x * f[1] - y * f[0])
-        squeeze = max(-(f[0] * n[0] + f[1] * n[1] + f[2] * n[2]), 0.0)
-        lever[i] = squeeze * sqrt(x * x + y * y + z * z)
-    return torque, lever
+        far = sqrt(x * x + y * y + z * z)
+        for j in range(3):
+            moment[i, j] = far * f[j]
+    return torque, moment

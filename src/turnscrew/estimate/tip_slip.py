@@ -189,7 +189,7 @@ class TipSlip:
         )
         begun = age > self.start
         g = np.array([max(before + gain, 0.0) * begun for before, gain in zip(state.g.tolist(), gains, strict=True)])
-        look = self.look.felt(state.look, now.f_W, c_W - p_WT, n_W, axis, turned, dt)
+        look = self.look.felt(state.look, now.f_W, c_W - p_WT, axis, turned, dt)
         forces, eye, h = float(max(g[0], g[1])), float(g[2]), self.threshold(dt)
         look, evidence = self.look.judged(look, forces, eye, max(moved, 0.0) * begun, h, dt)
         if look.excused > 0.0:
