@@ -92,6 +92,7 @@ class Estimate:
         R_WT_seen: (3, 3) the camera's last orientation, likewise.
         p_WT_refined: (3,) tip position of the refinement (1)-(6), likewise.
         R_WT_refined: (3, 3) orientation of the refinement, likewise.
+        tip_out: How strongly the camera's frames contradict a tip in its drive: 1 is the threshold.
     """
 
     time: float
@@ -122,6 +123,7 @@ class Estimate:
     R_WT_seen: Array
     p_WT_refined: Array
     R_WT_refined: Array
+    tip_out: float = 0.0
 
 
 class Role(IntEnum):

@@ -177,3 +177,11 @@ def test_the_documentation_prints_the_table() -> None:
         named = Phase if phases == "any" else map(Phase, phases.split(", "))
         printed.setdefault(FaultKind(kind), {}).update(dict.fromkeys(named, Action(action)))
     assert printed == {kind: dict(answers) for kind, answers in POLICY.items()}
+
+
+def test_who_stops_for_a_lost_tip_presses_on_nothing() -> None:
+    state, goals = for_a_while(into(Phase.ROLL), 0.1, trouble(FaultKind.CAM_OUT))
+    assert state.action is Action.STOP
+    assert goals[-1].tip_force == 0.0
+    _, others = for_a_while(into(Phase.ROLL), 0.1, trouble(FaultKind.TIP_SLIP))
+    assert others[-1].tip_force == DECIDER.gait.tip_force

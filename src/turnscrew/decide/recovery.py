@@ -145,7 +145,11 @@ class Decider:
             # for longer than there is patience
             action = Action.STOP
         if action is Action.STOP:
-            return changed(state, action=action, clock=0.0, fault=fault, goal=stilled(state.goal))
+            goal = stilled(state.goal)
+            if goal is not None and fault.kind is FaultKind.CAM_OUT:
+                # there is nothing to press on, and what presses on nothing swings away
+                goal = changed(goal, tip_force=0.0)
+            return changed(state, action=action, clock=0.0, fault=fault, goal=goal)
         gait = {
             Action.WAIT: lambda: state.gait,
             Action.CATCH: lambda: self.gait.catching(state.gait, estimate),

@@ -35,6 +35,7 @@ from turnscrew.estimate.readings import filled
 from turnscrew.estimate.refine_step import refine
 from turnscrew.estimate.screw_angle import ScrewAngle
 from turnscrew.estimate.slips import Slips
+from turnscrew.estimate.tip_out import TipOut
 from turnscrew.estimate.tip_wrench import TipWrench
 from turnscrew.estimate.tool_filter import ToolFilter
 from turnscrew.estimate.trail import Pose, Trail
@@ -94,6 +95,7 @@ class ToolEstimator:
         reference: What (6) stays close to.
         angle: Slot play.
         slips: Detectors of fingers that slide, and of slips of the tip.
+        out: Detector of a tip that has left its drive.
         memory: How far back odometry is kept for frames that come late [s]; later ones are refused.
         correction_period: Longest time without a correction when no frame comes [s]: two periods of the camera.
         rate_time: Time constant of the tool's angular velocity [s]: encoder noise of .05 deg makes .15 deg of yaw,
@@ -116,6 +118,7 @@ class ToolEstimator:
     reference: Reference = Reference.FILTER
     angle: ScrewAngle = field(default_factory=ScrewAngle)
     slips: Slips = field(default_factory=Slips)
+    out: TipOut = field(default_factory=TipOut)
     memory: float = 0.1
     correction_period: float = 2.0 / 30.0
     rate_time: float = 0.05
@@ -155,6 +158,7 @@ class ToolEstimator:
             angle=self.angle.init(yaw(R_WT)),
             wrench=self.wrench.init(),
             slips=self.slips.init(),
+            out=self.out.init(),
         )
 
     def update(
@@ -175,6 +179,8 @@ class ToolEstimator:
         joints, q, v = self.joints.update(state.joints, read.q, read.v, motion, dt)
         measurement = changed(read, q=q, v=v)
         state, rolled = self._predict(state, read, joints, measurement, dt)
+        pressed = float(state.wrench.axial.x[0])
+        state = changed(state, out=self.out.felt(state.out, pressed, measurement.time, dt))
         if measurement.vision is not None or state.since_correction >= self.correction_period:
             state = self._correct(state, measurement)
         return self._conclude(state, measurement, rolled, dt)
@@ -268,6 +274,7 @@ class ToolEstimator:
             correction_time=took,
             since_correction=0.0,
             slips=state.slips if seen is None else self.slips.turned(state.slips, state.filter, seen, radius),
+            out=state.out if seen is None else self.out.seen(state.out, state.filter, seen, self.filter.common),
             tips=tips,
             contacts=self._contacts(done.state, tips, state.capsules),
             seen=state.seen if seen is None else seen.pose,
@@ -310,9 +317,8 @@ class ToolEstimator:
         """Screw angle, tip wrench and message."""
         f, contacts, touching = state.filter, state.contacts, state.touch.touching
         R_WT, offset, radius = self._orientation(state), f.joint_offset(), self._radius(f)
-        angle = self.angle.update(state.angle, yaw(f.R_WT), rolled, dt)
         nu = np.array([0.0, 0.0, self.wrench.advance(float(state.omega_T[2])), *state.omega_T.tolist()])
-        f_W = state.touch.f_W * touching[:, None]
+        angle, f_W = self.angle.update(state.angle, yaw(f.R_WT), rolled, dt), state.touch.f_W * touching[:, None]
         F_h, squeeze = contacts.load(f_W, f.p_WT, R_WT)
         wrench, F_s = self.wrench.update(state.wrench, F_h, squeeze, radius, R_WT, nu, angle.theta, dt)
         slips, tip_slip = self.slips.felt(state.slips, f, state.tips, contacts, state.f_F, measurement.vision, dt)
@@ -345,5 +351,6 @@ class ToolEstimator:
             R_WT_seen=state.seen.R_WT,
             p_WT_refined=state.polished.p_WT,
             R_WT_refined=state.polished.R_WT,
+            tip_out=self.out.signal(state.out),
         )
         return changed(state, angle=angle, wrench=wrench, slips=slips), estimate

@@ -15,6 +15,7 @@ from turnscrew.estimate.joint_smoothing import JointState
 from turnscrew.estimate.refine_step import Refined
 from turnscrew.estimate.screw_angle import AngleState
 from turnscrew.estimate.slips import SlipsState
+from turnscrew.estimate.tip_out import OutState
 from turnscrew.estimate.tip_wrench import WrenchState
 from turnscrew.estimate.trail import Pose, Trail
 from turnscrew.geometry.arrays import Array
@@ -52,6 +53,7 @@ class EstimatorState:
         angle: The screw's angle.
         wrench: The tip wrench's filters.
         slips: Of the detectors of slips.
+        out: Of the detector of a tip that has left its drive.
     """
 
     read: Measurement
@@ -76,3 +78,4 @@ class EstimatorState:
     angle: AngleState
     wrench: WrenchState
     slips: SlipsState
+    out: OutState

@@ -173,6 +173,9 @@ class Watch:
             return
         if state.unread > self.unread:
             yield FaultKind.DIVERGED, f"no number from {unread(measurement)} for {state.unread:.2f} s"
+        if estimate.tip_out >= 1.0:
+            away = float(np.linalg.norm(estimate.p_WT_seen - estimate.p_WS))
+            yield FaultKind.CAM_OUT, f"the tip has left its drive: the last frame has it {away * 1e3:.0f} mm away"
         lean = tilt(estimate.R_WT)
         if lean > self.dropped:
             yield FaultKind.TOOL_DROPPED, f"the tool leans by {np.degrees(lean):.1f} deg"
