@@ -215,14 +215,15 @@ def test_report_tells_false_alarms_in_a_hundred_rounds(tmp_path: Path) -> None:
 
 def test_report_tells_how_soon_a_mishap_is_named(tmp_path: Path) -> None:
     done = []
-    for part in trials(None, [], "standard", range(7500, 7504), tmp_path, "dark").parts:
+    for part in trials(None, [], "standard", range(7500, 7505), tmp_path, "dark").parts:
         seed = part.scenario.seed
-        named = {7500: "missed", 7501: "run over"}.get(seed, "named")
+        named = {7500: "missed", 7501: "run over", 7504: "nothing"}.get(seed, "named")
         delay = 0.01 * (seed - 7450) if named == "named" else np.nan
         done.append((part, vars(Trial(
             seed, True, "goal", mishap="dark", mishap_phase="roll", named=named, delay_s=delay
         ))))  # fmt: skip
-    _, line = mishap_lines(write_results(done, tmp_path))
+    _, line, rest = mishap_lines(write_results(done, tmp_path))
+    assert rest == "dark: led to nothing that should be named in 1"
     assert line.startswith("dark: named in 2 of 3 = 66.7 %")
     assert line.endswith("0.53 s after the trouble began (at most 0.53 s); missed in 1")
 

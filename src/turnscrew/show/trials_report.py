@@ -152,16 +152,19 @@ def mishap_lines(table: Path) -> list[str]:
             "SELECT mishap, count(*) FILTER (mishap_phase != ''), "
             "count(*) FILTER (mishap_phase != '' AND passed), count(*), "
             "count(*) FILTER (named = 'named'), count(*) FILTER (named = 'missed'), "
+            "count(*) FILTER (named = 'nothing'), "
             "median(delay_s) FILTER (named = 'named'), max(delay_s) FILTER (named = 'named') "
             f"FROM '{_quoted(table)}' WHERE mishap != '' GROUP BY mishap"
         ).fetchall()
     lines = []
-    for mishap, met, passed, count, named, missed, median, latest in found:
+    for mishap, met, passed, count, named, missed, nothing, median, latest in found:
         happened = f"{mishap}: happened in {met} of {count} trials, {passed} of which passed"
         lines.append(f"{happened}; the commands make trials without it")
         if named + missed:
             delay = f", {median:.2f} s after the trouble began (at most {latest:.2f} s)" if named else ""
             lines.append(f"{mishap}: named in {share(named, named + missed)}{delay}; missed in {missed}")
+        if nothing:
+            lines.append(f"{mishap}: led to nothing that should be named in {nothing}")
     return lines
 
 

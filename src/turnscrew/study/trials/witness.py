@@ -117,7 +117,8 @@ class Witness:
         if kind is FaultKind.FINGER_SLIP:
             return self.slid() < SLID and not any(self.near[-self._ticks(FINGERS_LATELY) :])
         if kind is FaultKind.VISION_LOST:
-            return now - self.framed < WATCH.unseen
+            # a tick less: sums of ticks round
+            return now - self.framed < WATCH.unseen - self.dt
         if kind is FaultKind.POSE_SUSPECT:
             return self.sound and not unread(tick.measurement)
         if kind is FaultKind.FORCE_SUSPECT:
