@@ -6,10 +6,11 @@ jerk is left in doubt for a while; whether it was a slip is decided by what it h
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from turnscrew.estimate.blade_play import BladePlay, PlayState
 from turnscrew.geometry.arrays import Array
+from turnscrew.values import changed
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,7 +51,7 @@ class SecondLook:
 
     def felt(self, state: LookState, f_W: Array, arm: Array, axis: Array, turned: float, dt: float) -> LookState:
         """Takes in the readings of a tick; arguments as in `BladePlay.update`."""
-        return replace(state, play=self.play.update(state.play, f_W, arm, axis, turned, dt))
+        return changed(state, play=self.play.update(state.play, f_W, arm, axis, turned, dt))
 
     def judged(
         self, state: LookState, forces: float, eye: float, moved: float, h: float, dt: float
@@ -72,15 +73,15 @@ class SecondLook:
         if state.excused > 0.0:
             # a blade that still hops is still free
             left = self.calm if together >= h else max(state.excused - dt, 0.0)
-            return replace(state, excused=left), alone
+            return changed(state, excused=left), alone
         looked = state.doubted >= self.look
         if together < h and (looked or state.doubted == 0.0):
-            return replace(state, doubted=0.0, peak=0.0), together
-        state = replace(state, doubted=state.doubted + dt, peak=max(state.peak, together))
+            return changed(state, doubted=0.0, peak=0.0), together
+        state = changed(state, doubted=state.doubted + dt, peak=max(state.peak, together))
         if looked:
             return state, together
         if state.doubted < self.look:
             return state, alone
         if self.play.crossed(state.play, dt):
-            return replace(state, doubted=0.0, peak=0.0, excused=self.calm), alone
+            return changed(state, doubted=0.0, peak=0.0, excused=self.calm), alone
         return state, state.peak

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import exp, sqrt
 from typing import TYPE_CHECKING
 
@@ -15,6 +15,7 @@ from turnscrew.estimate.tip_slip import SlipState, TipSlip
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import log_so3
 from turnscrew.signals import Vision
+from turnscrew.values import changed
 
 if TYPE_CHECKING:
     from turnscrew.estimate.handle_contacts import HandleContacts
@@ -99,7 +100,7 @@ class Slips:
         S = 2.0 * f.P[HAND, HAND] * (1.0 - exp(-self.fingers.memory / arm_time))
         fingers = self.fingers.update(state.fingers, moved @ axis, level, sqrt(float(axis @ S @ axis)), dt)
         motion = self.motion.update(state.motion, after, tip_W, f_F, moved, radius * turned, f.p_WT, f.R_WT, S, dt)
-        return replace(state, fingers=fingers, motion=motion, turned=turned)
+        return changed(state, fingers=fingers, motion=motion, turned=turned)
 
     def turned(self, state: SlipsState, f: FilterState, seen: Seen, radius: float) -> SlipsState:
         """Takes in a camera's frame: whether the handle, of a radius [m], is seen to have turned back."""
@@ -109,7 +110,7 @@ class Slips:
         if float(turn @ turn) - back * back > FLIP * FLIP:
             return state
         variance = float(axis @ (seen.P[3:, 3:] + f.P[THETA, THETA]) @ axis)
-        return replace(state, fingers=self.fingers.seen(state.fingers, back, variance, radius))
+        return changed(state, fingers=self.fingers.seen(state.fingers, back, variance, radius))
 
     def felt(
         self,
@@ -148,7 +149,7 @@ class Slips:
             state.motion.evidence,
             dt,
         )
-        return replace(state, tip=tip), signal
+        return changed(state, tip=tip), signal
 
 
 def _angle(R: Array, other: Array) -> float:

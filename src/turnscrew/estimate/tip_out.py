@@ -19,7 +19,7 @@ Paper: no counterpart; (1) takes the tip to be where the screw is.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +27,7 @@ import numpy as np
 from turnscrew.estimate.filter_state import THETA, TIP, FilterState
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import log_so3
+from turnscrew.values import changed
 
 if TYPE_CHECKING:
     from turnscrew.estimate.trail import Seen
@@ -94,7 +95,7 @@ class TipOut:
             dt: Since the last tick [s].
         """
         unloaded = f_z < self.least and time > self.begun
-        return replace(state, unloaded=0.0 if unloaded else state.unloaded + dt)
+        return changed(state, unloaded=0.0 if unloaded else state.unloaded + dt)
 
     def seen(self, state: OutState, f: FilterState, seen: Seen, common: float) -> OutState:
         """Takes in a frame.
@@ -122,7 +123,7 @@ class TipOut:
         lasting = common + float(np.linalg.eigvalsh(doubt)[-1])
         size = float(np.sqrt(u @ u))
         frame = np.append(u * (self.most / size if size > self.most else 1.0), lasting)
-        return replace(state, frames=(*state.frames[1 - self.frames :], frame))
+        return changed(state, frames=(*state.frames[1 - self.frames :], frame))
 
     def signal(self, state: OutState) -> float:
         """How strongly frames and forces contradict a tip in its drive: 1 is the threshold."""
