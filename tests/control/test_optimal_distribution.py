@@ -129,7 +129,7 @@ def test_the_program_in_one_pass_is_the_one_of_its_parts():
     )
     state, _ = BLOCK.update(BLOCK.init(), goal, FOUR_HELD, F_hd, DT)
     weights, sharing = BLOCK.sharing.weights(FOUR_HELD.radius), BLOCK.sharing
-    posed = BLOCK._posed(state, goal, FOUR_HELD, F_hd, rows, 0.5, weights, state.active)
+    posed = BLOCK._posed(state, goal, FOUR_HELD, F_hd, rows, 0.5, state.active)
     k, n_W = 4, FOUR_HELD.n_W[:4]
     G = grasp_matrix(FOUR_HELD.c_W[:4], FOUR_HELD.p_WT)
     R = np.kron(np.eye(2), FOUR_HELD.R_WT)

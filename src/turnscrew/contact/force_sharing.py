@@ -75,6 +75,12 @@ class Bounds:
     torque_most: Array
 
 
+@compiled
+def wrench_weights(lever: float, radius: float) -> Array:
+    """`ForceSharing.weights`, for compiled functions to call."""
+    return np.array([1.0, 1.0, 1.0, 1.0 / lever, 1.0 / lever, 1.0 / radius])
+
+
 class Program(NamedTuple):
     """The program in the solver's form, `min 1/2 f^T H f + slope f` with `low <= rows f <= high`, by `program`.
 
@@ -149,7 +155,7 @@ class ForceSharing:
 
     def weights(self, radius: float) -> Array:
         """(6,) what a unit of force and torque in T counts: 1, 1/lever about x and y, 1/radius about the axis."""
-        return np.array([1.0, 1.0, 1.0, 1.0 / self.lever, 1.0 / self.lever, 1.0 / radius])
+        return wrench_weights(self.lever, radius)
 
     def share(
         self, A: Array, wanted: Array, n_W: Array, squeeze: Array, f_prev: Array, bounds: Bounds, active: Marks | None

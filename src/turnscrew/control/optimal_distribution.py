@@ -7,7 +7,7 @@ from math import hypot
 
 import numpy as np
 
-from turnscrew.contact.force_sharing import FRESH, ForceSharing, Marks, Program, Sharing, program
+from turnscrew.contact.force_sharing import FRESH, ForceSharing, Marks, Program, Sharing, program, wrench_weights
 from turnscrew.contact.grasp import weighted_grasp_matrix
 from turnscrew.control.wanted_forces import WantedForces
 from turnscrew.geometry.arrays import Array, Flags, Rows
@@ -119,16 +119,17 @@ class OptimalDistribution:
         if not held:
             return self.init(), WantedForces.none(F_hd)
         rows = np.array(held)
-        alarm, weights = self._alarm(state, estimate, dt), self.sharing.weights(estimate.radius)
+        alarm = self._alarm(state, estimate, dt)
         active = state.active if state.held == held and state.active is not None else FRESH
-        solved = self.sharing.solve(self._posed(state, goal, estimate, F_hd, rows, alarm, weights, active))
+        solved = self.sharing.solve(self._posed(state, goal, estimate, F_hd, rows, alarm, active))
         # drives at their limits take the margin first; only when that is spent do they hold back the wrench
         full = solved.status is Sharing.OVERLOADED
         spare = state.spare - dt / SPEND if full else state.spare + dt / REGAIN
         spare = min(max(spare, 0.0), 1.0)
         f_W, margin, lost, limited = _spread(
-            rows, solved.f_W, solved.margin, solved.lost, weights, solved.limited, spare == 0.0
-        )
+            rows, solved.f_W, solved.margin, solved.lost, solved.limited, spare == 0.0, self.sharing.lever,
+            estimate.radius,
+        )  # fmt: skip
         return Shared(f_W, held, solved.active, alarm, spare), WantedForces(f_W, lost, margin, limited)
 
     def _alarm(self, state: Shared, estimate: Estimate, dt: float) -> float:
@@ -138,24 +139,24 @@ class OptimalDistribution:
         return min(wanted, self.most_reflex)
 
     def _posed(
-        self, state: Shared, goal: Goal, estimate: Estimate, F_hd: Array, rows: Rows, alarm: float, weights: Array,
-        active: Marks,
-    ) -> Program:  # fmt: skip
+        self, state: Shared, goal: Goal, estimate: Estimate, F_hd: Array, rows: Rows, alarm: float, active: Marks
+    ) -> Program:
         dynamics, sharing = self.robot.dynamics(estimate.q, estimate.v), self.sharing
         J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)
         return Program(*_posed(
             rows, goal.share, goal.squeeze, estimate.c_W, estimate.n_W, estimate.grip, estimate.p_WT, estimate.R_WT,
-            F_hd, weights, state.f_W, active, J, dynamics.bias, self._room, alarm, state.spare * self.margin,
-            (self.friction, self.firm, self.least, self.first, self.most), (sharing.follow, sharing.rest),
-            sharing.sides,
+            F_hd, sharing.lever, estimate.radius, state.f_W, active, J, dynamics.bias, self._room, alarm,
+            state.spare * self.margin, (self.friction, self.firm, self.least, self.first, self.most),
+            (sharing.follow, sharing.rest), sharing.sides,
         ))  # fmt: skip
 
 
 @compiled
 def _posed(
     rows: Rows, share: Array, squeeze: Array, c_W: Array, n_W: Array, grip: Array, p_WT: Array, R_WT: Array,
-    F_hd: Array, weights: Array, f_prev: Array, active: Marks, J: Array, bias: Array, room: Array, alarm: float,
-    margin: float, limits: tuple[float, float, float, float, float], prices: tuple[float, float], sides: int,
+    F_hd: Array, lever: float, radius: float, f_prev: Array, active: Marks, J: Array, bias: Array, room: Array,
+    alarm: float, margin: float, limits: tuple[float, float, float, float, float], prices: tuple[float, float],
+    sides: int,
 ) -> tuple[Array, Array, Array, Array, Array, Marks, Array, Array, Array, Array]:  # fmt: skip
     """The program for the contacts of the fingers in `rows`: `weighted_grasp_matrix`, bounds and `program` at once.
 
@@ -163,7 +164,7 @@ def _posed(
     """
     friction, firm, least, first, most = limits
     follow, rest = prices
-    held, n = share[rows], n_W[rows]
+    held, n, weights = share[rows], n_W[rows], wrench_weights(lever, radius)
     A = weighted_grasp_matrix(c_W[rows], p_WT, R_WT, weights)
     bounds = _contact_bounds(held, friction * grip[rows], firm, margin, least, first, most)
     T, torque_least, torque_most = _torque_bounds(J, rows, bias, room)
@@ -175,7 +176,7 @@ def _posed(
 
 @compiled
 def _spread(
-    rows: Rows, f_W: Array, margin: Array, lost: Array, weights: Array, full: Flags, spent: bool
+    rows: Rows, f_W: Array, margin: Array, lost: Array, full: Flags, spent: bool, lever: float, radius: float
 ) -> tuple[Array, Array, Array, Flags]:
     """Forces (5, 3) and margins (5,) of all fingers from those of the fingers in `rows`; the lost wrench itself.
 
@@ -186,7 +187,7 @@ def _spread(
     limited = np.zeros(ARM_DRIVES + len(full), np.bool_)
     if spent:
         limited[ARM_DRIVES:] = full
-    return forces, spare, lost / weights, limited
+    return forces, spare, lost / wrench_weights(lever, radius), limited
 
 
 @compiled
