@@ -43,6 +43,7 @@ def worth(groups: Groups, path: Path) -> Path:
     left.set_xlim(0.0, 100.0)
     left.set_xlabel("trials that pass [%], 95 % interval")
     right.set_xscale("log")
+    right.xaxis.set_major_formatter("{x:g}")
     right.set_xlabel("largest tilt of the tool in a trial [deg]; crossed: not passed")
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=DPI)
@@ -57,4 +58,6 @@ def _share(axes: Axes, row: int, trials: Sequence[Mapping[str, Any]], color: str
     axes.barh(row, share, color=color, height=0.6)
     # of a share of all the interval ends below it by rounding
     axes.errorbar(share, row, xerr=[[max(share - low, 0.0)], [max(high - share, 0.0)]], color="k", lw=1, capsize=3)
-    axes.annotate(f"{count} of {len(trials)}", (2.0, row), va="center", color="w" if share > 20.0 else "k", fontsize=9)
+    # within its bar, or behind its interval where the bar is too short for it
+    place, ink = (2.0, "w") if share > 20.0 else (high + 2.0, "k")
+    axes.annotate(f"{count} of {len(trials)}", (place, row), va="center", color=ink, fontsize=9)
