@@ -183,7 +183,10 @@ def _slid(
 def _trusted(
     slid: Array, held: Array, told: Array, grip: Array, threshold: float, keep: float, lowered: float, least: float
 ) -> tuple[Array, Array]:
-    """How many thresholds (5,) each finger has been told to have slid by, and the share it is trusted with."""
+    """How many thresholds (5,) each finger has been told to have slid by, and the share it is trusted with.
+
+    A finger that does not hold is trusted no more than the least trusted one that does.
+    """
     k, holding = len(slid), 1.0
     after, trust = np.zeros(k), np.empty(k)
     for i in range(k):
