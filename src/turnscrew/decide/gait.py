@@ -10,6 +10,7 @@ import numpy as np
 
 from turnscrew.decide.placing import Placing, knuckle_way
 from turnscrew.decide.plan import ROLLING, SUPPORTING, Course, GaitPlan
+from turnscrew.decide.stroke_budget import StrokeBudget
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.robot.joints import FINGERS
 from turnscrew.signals import FREE, GRIP, REACH, Estimate, Goal
@@ -70,6 +71,8 @@ class GaitState:
         vain: Rounds in a row, up to the last, that have not turned the screw.
         cycle: All rounds until now, those that do not count included.
         aside: Time in this phase before fingers that feel begin to [s].
+        stroke: Angle by which the handle is to turn in this stroke [rad].
+        ends: Angle of the screw [rad] and its torque on the tool [N.m] at the end of each stroke.
     """
 
     phase: Phase
@@ -83,6 +86,8 @@ class GaitState:
     vain: int = 0
     cycle: int = 0
     aside: float = 0.0
+    stroke: float = 0.0
+    ends: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -121,6 +126,7 @@ class Gait:
             goes back by 4 mm, twice what plans keep between it and the ring finger,
         back_speed: and how fast [rad/s].
         recentre: Whether the arm keeps the hand over the screw, during the first grip and the rolls.
+        budget: How far to roll where the thread gets tighter; None for full strokes.
     """
 
     plan: GaitPlan
@@ -148,6 +154,7 @@ class Gait:
     back: float = np.radians(12.0)
     back_speed: float = 0.5
     recentre: bool = True
+    budget: StrokeBudget | None = None
 
     def faster(self, factor: float) -> Gait:
         """The same gait with its times divided by a factor, but for what touches: feeling gains 1.7 times at most.
@@ -186,6 +193,8 @@ class Gait:
         state = changed(state, clock=state.clock + dt, rolled=rolled, gripping=self._gripping(state, estimate))
         goal = self._goal(state, estimate, turning)
         if self._is_over(state, estimate):
+            if state.phase is Phase.ROLL:
+                state = changed(state, ends=(*state.ends, (estimate.theta, float(estimate.F_s[5]))))
             if state.phase in (Phase.REMOVE, Phase.HOLD):
                 state = self._counted(state, estimate.theta)
             state = changed(state, phase=self._following(state.phase), clock=0.0, aside=0.0)
@@ -198,13 +207,13 @@ class Gait:
 
     def backing(self, state: GaitState) -> GaitState:
         """The state with the handle turned back a little, and the fingers that were to be added out of the way."""
-        away = self.plan.rolling(state.rolled / self.plan.stroke)
+        away = self.plan.rolling(self._progress(state))
         return changed(state, phase=Phase.BACK, clock=0.0, gripping=state.gripping & TH_MF, q_target=away)
 
     def catching(self, state: GaitState, estimate: Estimate) -> GaitState:
         """The state with thumb and middle finger sent for the handle that they should hold, the others away."""
         gripping = state.gripping & estimate.touching & TH_MF
-        away = self.plan.rolling(state.rolled / self.plan.stroke)
+        away = self.plan.rolling(self._progress(state))
         return changed(state, phase=Phase.CATCH, clock=0.0, gripping=gripping, q_target=away)
 
     def _counted(self, state: GaitState, theta: float) -> GaitState:
@@ -226,11 +235,22 @@ class Gait:
         elif phase is Phase.RELOCATE:
             target = self.placing.before_handle(self.plan.returning(1.0), ROLLING, estimate, self.standoff)
         elif phase is Phase.LEAVE:
-            target = self.plan.leaving(1.0)
+            # from where a short stroke has ended they lift off alike
+            target = self.plan.leaving(1.0) + self.plan.rolling(self._progress(state)) - self.plan.rolling(1.0)
         else:
             target = self.plan.rolling(0.0) if phase is Phase.REMOVE else state.q_target
-        rolled = 0.0 if phase is Phase.ROLL else state.rolled
-        return changed(state, q_from=estimate.q, q_target=target, rolled=rolled)
+        if phase is Phase.ROLL:
+            return changed(state, q_from=estimate.q, q_target=target, rolled=0.0, stroke=self._stroke(state))
+        return changed(state, q_from=estimate.q, q_target=target)
+
+    def _stroke(self, state: GaitState) -> float:
+        """How far to roll now [rad]."""
+        full = self.plan.stroke
+        return full if self.budget is None else self.budget.stroke(full, state.round, state.ends)
+
+    def _progress(self, state: GaitState) -> float:
+        """Share of the plan's roll that has been rolled."""
+        return state.rolled / self.plan.stroke
 
     def _turning(self, state: GaitState) -> float:
         """Trapezoid over the stroke: up in `ramp`, full speed, down in `ramp` to a twentieth [rad/s].
@@ -243,7 +263,7 @@ class Gait:
             return -self.back_speed
         if state.phase is not Phase.ROLL:
             return 0.0
-        left = max(self.plan.stroke - state.rolled, 0.0)
+        left = max(state.stroke - state.rolled, 0.0)
         fall = np.sqrt(2 * left / (self.speed * self.ramp)) + 0.05
         return self.speed / self._effort(state) * float(min(state.clock / self.ramp + 0.05, fall, 1.0))
 
@@ -307,7 +327,7 @@ class Gait:
         roles = np.where(state.gripping, GRIP, np.where(reaching, REACH, FREE))
         share = self._share(state)
         moves_arm = self.recentre and state.phase in (Phase.SETTLE, Phase.ROLL)
-        progress = state.rolled / self.plan.stroke if state.phase in HELD_BY_TH_MF else 0.0
+        progress = self._progress(state) if state.phase in HELD_BY_TH_MF else 0.0
         return Goal(
             phase=state.phase,
             round=state.round,
@@ -327,7 +347,7 @@ class Gait:
         clock, phase = state.clock, state.phase
         if phase is Phase.ROLL:
             at_limit = self.placing.meets_limit(estimate.q, estimate.v, ROLLING, self.stop)
-            return state.rolled >= self.plan.stroke or (at_limit and state.rolled > self.begun)
+            return state.rolled >= state.stroke or (at_limit and state.rolled > self.begun)
         if phase is Phase.SETTLE:
             return clock >= self.settle and (clock >= self.settle_most or self._is_centred(estimate))
         if phase in (Phase.ADD, Phase.RETURN):
