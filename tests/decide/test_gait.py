@@ -12,6 +12,7 @@ from rigs.messages import estimate_of
 from turnscrew.decide.gait import FF_RF, ORDER, TH_MF, Gait, Phase, smooth
 from turnscrew.decide.placing import Placing, carried_palm, knuckle_way
 from turnscrew.decide.plans import plan_for
+from turnscrew.decide.stroke_budget import StrokeBudget
 from turnscrew.geometry.rotations import exp_so3, log_so3
 from turnscrew.robot.inverse_kinematics import place_palm
 from turnscrew.robot.joints import FINGERS, finger_joints
@@ -37,11 +38,12 @@ def standing(**changes):
     return estimate_of(**{**rest, **changes})
 
 
-def play(rounds=1, touching=TOUCHING, gait=GAIT, follows=lambda goal: True):
+def play(rounds=1, touching=TOUCHING, gait=GAIT, follows=lambda goal: True, torque=lambda theta: 0.0):
     """Goals of an undisturbed gait whose free fingers are where they are sent, and whose screw turns if it follows."""
     state, goals, q, theta = gait.init(), [], PLAN.rolling(0.0), 0.0
     for _ in range(5000):
-        estimate = standing(q=q, theta=theta, touching=touching[state.phase])
+        F_s = np.array([0.0, 0.0, 0.0, 0.0, 0.0, torque(theta)])
+        estimate = standing(q=q, theta=theta, touching=touching[state.phase], F_s=F_s)
         state, goal = gait.update(state, estimate, DT)
         q = goal.q_free
         theta -= goal.turn_rate * DT * follows(goal)
@@ -107,6 +109,50 @@ def test_the_stroke_is_the_plans():
     turned = -sum(goal.turn_rate for goal in play(1)) * DT
     # a tick at full speed: what is told and what is counted differ by when in the tick they are taken
     assert turned == pytest.approx(PLAN.stroke, abs=1.0 * DT)
+
+
+def test_strokes_are_as_short_as_the_thread_demands_and_lift_off_from_where_they_end():
+    budget = StrokeBudget(6, torque=0.05)
+    gait = replace(GAIT, budget=budget)
+    goals = play(6, gait=gait, torque=lambda theta: 0.014 * theta)
+    ends = [a for a, b in pairwise(goals) if a.phase == Phase.ROLL != b.phase]
+    turned = [-sum(g.turn_rate for g in goals if g.round == made) * DT for made in range(6)]
+    # two full ones tell of the spring
+    assert turned[:2] == pytest.approx([PLAN.stroke] * 2, abs=1.0 * DT)
+    assert max(turned[2:]) < 0.75 * PLAN.stroke
+    assert min(turned[2:]) > budget.least - 1.0 * DT
+    for end, goal in zip(ends, (a for a, b in pairwise(goals) if a.phase == Phase.LEAVE != b.phase), strict=False):
+        # lifted off by as much as from the end of a full stroke, to within what a tick turns
+        lift = goal.q_free - end.q_guide
+        np.testing.assert_allclose(lift[:6], 0.0, atol=1e-12)
+        rows = [joint for finger in ("TH", "MF") for joint in finger_joints(finger)]
+        np.testing.assert_allclose(lift[rows], (PLAN.leaving(1.0) - PLAN.rolling(1.0))[rows], atol=0.02)
+
+
+def test_fingers_feel_for_the_handle_from_where_they_were_sent():
+    def feels(state, **changes):
+        return GAIT.update(state, standing(touching=TH_MF, **changes), DT)[1].approach.any(axis=1)
+
+    state, q, sent, late = replace(GAIT.init(), phase=Phase.ADD), PLAN.rolling(0.0), PLAN.rolling(0.0), 0.0
+    while not feels(state, q=q).any():
+        state, goal = GAIT.update(state, standing(q=q, touching=TH_MF), DT)
+        # they follow with a lag of 40 ms
+        sent, late = goal.q_free, late + DT
+        q = q + DT / 0.04 * (sent - q)
+    joints = [joint for finger in ("FF", "RF") for joint in finger_joints(finger)]
+    # the tick that feels is one later than the last that is counted
+    assert late + DT >= GAIT.add
+    assert np.abs(q - sent)[joints].max() <= GAIT.near
+    np.testing.assert_array_equal(feels(state, q=q), FF_RF)
+    # nor do those that are there, but have not stopped
+    fast = np.zeros(28)
+    fast[joints] = 1.5 * GAIT.slow
+    assert not feels(state, q=sent, v=fast).any()
+    # what has begun goes on, and what is kept away begins all the same, if not at once
+    np.testing.assert_array_equal(feels(replace(state, near=True), q=PLAN.rolling(0.0)), FF_RF)
+    for late in (0.9, 1.1):
+        clock = GAIT.add + late * GAIT.standoff / GAIT.closing
+        assert feels(replace(state, clock=clock), q=PLAN.rolling(0.0)).any() == (late > 1.0)
 
 
 def test_only_the_roll_turns_and_moves_the_palm():

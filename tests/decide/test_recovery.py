@@ -28,10 +28,9 @@ TH, FF, MF, RF, LF = range(len(FINGERS))
 PAGE = Path(__file__).parents[2] / "docs" / "loop.md"
 
 
-def standing(touching: np.ndarray = TH_MF) -> Estimate:
-    return estimate_of(
-        q=PLAN.rolling(0.0), p_WT=PLAN.p_WS, p_WS=PLAN.p_WS, radius=PLAN.radius, touching=touching, theta=1.0
-    )
+def standing(touching: np.ndarray = TH_MF, q: np.ndarray | None = None) -> Estimate:
+    q = PLAN.rolling(0.0) if q is None else q
+    return estimate_of(q=q, p_WT=PLAN.p_WS, p_WS=PLAN.p_WS, radius=PLAN.radius, touching=touching, theta=1.0)
 
 
 def into(phase: Phase, clock: float = 0.5, touching: np.ndarray = TH_MF) -> DeciderState:
@@ -50,9 +49,11 @@ def trouble(kind: FaultKind, ends: bool = True) -> tuple[Fault, ...]:
 def for_a_while(
     state: DeciderState, seconds: float, faults: tuple[Fault, ...] = (), touching: np.ndarray = TH_MF
 ) -> tuple[DeciderState, list[Goal]]:
-    goals = []
+    """What happens when the free fingers are where they are sent."""
+    goals, q = [], PLAN.rolling(0.0)
     for _ in range(round(seconds / DT)):
-        state, goal = DECIDER.update(state, standing(touching), faults, DT)
+        state, goal = DECIDER.update(state, standing(touching, q), faults, DT)
+        q = goal.q_free
         goals.append(goal)
     return state, goals
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
+import pytest
+
 from turnscrew.actuate.position import PositionAdapter
 from turnscrew.actuate.torque import TorqueAdapter
 from turnscrew.control.distribution import Distribution
@@ -9,9 +13,10 @@ from turnscrew.control.optimal_distribution import OptimalDistribution
 from turnscrew.decide.plans import plan_for
 from turnscrew.estimate.estimator import ToolEstimator
 from turnscrew.estimate.filter_state import Prior
+from turnscrew.estimate.tip_out import OutState, TipOut
 from turnscrew.robot.model import RobotModel
 from turnscrew.task.scenario import load
-from turnscrew.task.wiring import Blocks, believed_friction, believed_inertia, build_blocks
+from turnscrew.task.wiring import Blocks, believed_friction, believed_inertia, build_blocks, build_out
 
 PLAN = plan_for(0.018)
 ROBOT = RobotModel()
@@ -76,3 +81,20 @@ def test_the_estimator_is_told_of_a_late_camera_and_of_a_cell_that_is_calibrated
     assert usual.prior == Prior()
     # better than usual is not believed
     assert bad.prior.screw == (0.003, 0.0015, 0.004)
+
+
+def test_a_lost_tip_is_felt_only_by_fingertips_that_read_well_enough():
+    usual, askew = load(None), load(None, [f"force.direction_noise={math.radians(60.0)}"])
+    assert build_out(usual) == TipOut()
+    # whatever is read then, nothing is concluded from it
+    assert build_out(askew).felt(OutState(), -50.0, 10.0, 0.01).unloaded == math.inf
+    assert build_out(usual).felt(OutState(), -50.0, 10.0, 0.01).unloaded == 0.0
+
+
+def test_strokes_are_budgeted_for_the_rounds_wanted_by_what_two_fingers_hold():
+    gait = blocks("goal.rounds=20", "contact.finger_friction=1.0").decider.gait
+    assert gait.budget is not None
+    assert gait.budget.rounds == 20
+    # .6 of the friction, 9 N of squeeze, 2.5 N of thrust each, at 18 mm
+    assert gait.budget.torque == pytest.approx(2 * 0.018 * math.sqrt((0.6 * 9.0) ** 2 - 2.5**2))
+    assert blocks("goal.course=stroke").decider.gait.budget is None

@@ -99,6 +99,20 @@ class Placing:
         speed = knuckle_way(V)
         return V if speed <= self.arm_speed else V * (self.arm_speed / speed)
 
+    def left(self, estimate: Estimate, q: Array, fingers: Sequence[str]) -> tuple[float, float]:
+        """How far the fingers' joints are from where they are to go, and how fast they still move.
+
+        Args:
+            estimate: Where they are.
+            q: (28,) where they go [rad].
+            fingers: Which fingers.
+
+        Returns:
+            The largest of the angles that are left [rad], and the largest speed [rad/s].
+        """
+        joints = [joint for finger in fingers for joint in finger_joints(finger)]
+        return float(np.abs(q - estimate.q)[joints].max()), float(np.abs(estimate.v[joints]).max())
+
     def meets_limit(self, q: Array, v: Array, fingers: Sequence[str], margin: float) -> bool:
         """Whether a driven joint of the fingers is within a margin of a limit and on its way there.
 

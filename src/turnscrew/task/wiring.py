@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,6 +35,7 @@ from turnscrew.estimate.screw_angle import ScrewAngle
 from turnscrew.estimate.second_look import SecondLook
 from turnscrew.estimate.slips import Slips
 from turnscrew.estimate.tip_motion import TipMotion
+from turnscrew.estimate.tip_out import TipOut
 from turnscrew.estimate.tip_slip import TipSlip
 from turnscrew.estimate.tip_wrench import TipWrench
 from turnscrew.estimate.tool_filter import ToolFilter
@@ -66,6 +68,9 @@ GAUGED_SLIP = TipSlip(noise=0.15, force_walk=0.3, torque_walk=0.03, jump_error=0
 shake them twice as long.  Found by trial: five runs of five rounds stay below four tenths of an alarm; with the .06 s
 of fingertip sensors each of them raises one."""
 
+FELT = math.radians(40.0)
+"""Error of the fingertip forces' directions up to which the axial force tells of a lost tip [rad]: a squeeze of 8 N
+read that much askew looks like the 5 N that the tip is pressed with."""
 
 FRAMES_KEPT = 3
 """Frames of a usual camera over which odometry is kept at least."""
@@ -215,6 +220,7 @@ def build_estimator(
         p_WS=plan.p_WS,
         wrench=build_wrench(scenario, inertia),
         slips=build_slips(scenario),
+        out=build_out(scenario),
         forces=forces,
         touch=touch,
         joints=THROUGH if torque else JointSmoother(),
@@ -225,6 +231,13 @@ def build_estimator(
         reference=Reference(scenario.estimate.reference),
         angle=ScrewAngle(play=slot_play(tool.blade_width, tool.blade_thickness, scenario.screw.slot_width)),
     )
+
+
+def build_out(scenario: Scenario) -> TipOut:
+    """The test of a lost tip, told whether fingertips read well enough to feel the loss."""
+    if scenario.force.source == "tip" and scenario.force.direction_noise > FELT:
+        return TipOut(least=-math.inf)
+    return TipOut()
 
 
 def build_filter(scenario: Scenario) -> ToolFilter:
