@@ -46,6 +46,8 @@ class Measurement:
             [N.m]; None for a hand without gauges.
         vision: The camera frame that arrived since the last tick, if any.
         blind: Why the camera's newest frame gave no pose, in a few words; empty when it gave one.
+        tau_sent: (24,) torques that the drives were sent, low-passed as the joints' speeds are [N.m]; None before the
+            first, and for a robot that takes positions.
     """
 
     time: float
@@ -55,6 +57,7 @@ class Measurement:
     tau: Array | None
     vision: Vision | None
     blind: str
+    tau_sent: Array | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from turnscrew.contact.grasp import grasp_matrix
 from turnscrew.estimate.between_ticks import BetweenTicks, JointTrack
 from turnscrew.geometry.rotations import log_so3
 from turnscrew.robot.contact_jacobian import contact_jacobian
-from turnscrew.robot.coupling import SELECTION
+from turnscrew.robot.coupling import DRIVEN_INDEX, SELECTION
 from turnscrew.robot.joints import FINGERS
 from turnscrew.robot.model import RobotModel
 
@@ -43,6 +43,18 @@ def test_noise_of_the_encoders_is_halved():
     sigma = np.std(q[200:], axis=0)
     assert (sigma < 0.55).all()
     assert (sigma[:4] < 0.35).all()
+
+
+def test_torques_are_told_for_the_same_time_as_the_speeds():
+    rng = np.random.default_rng(1)
+    joints, track, q = BETWEEN.init(Q), BETWEEN.sent(None, np.zeros(24), DT), Q.copy()
+    for _ in range(50):
+        speed = rng.normal(size=28)
+        track = BETWEEN.sent(track, speed[DRIVEN_INDEX], DT)
+        q = q + speed * DT
+        joints = BETWEEN.read(joints, q, DT)
+    # what the speeds' filter makes of a speed, the torques' makes of a torque that is the same number
+    np.testing.assert_allclose(track.tau, joints.v[DRIVEN_INDEX], atol=1e-10)
 
 
 def rolling(omega):

@@ -79,5 +79,5 @@ def test_a_leak_is_seen(code: str) -> None:
 
 
 def test_what_the_robot_measures_holds_no_tool_state() -> None:
-    allowed = {"time", "q", "v", "f_F", "tau", "vision", "blind"}
+    allowed = {"time", "q", "v", "f_F", "tau", "vision", "blind", "tau_sent"}
     assert {field.name for field in dataclasses.fields(signals.Measurement)} <= allowed

@@ -127,9 +127,9 @@ def torque_servo(tool: ToolInertia, pitch: float, frequency: float = 32.0, dampi
     .001 kg.m2), which adds to kv, and leaves 20 ms of delay (the joints' speeds) .6 rad of phase.  The integral takes
     over at 3 rad/s, a tenth of that.
 
-    Contact forces are known better from the torques than from fingertips that read 25 % and 30 deg wrong.  So what (11)
-    feeds on is held to what such readings may be trusted with: half a newton along z, and 5 mN.m of tau_s,y, the
-    torque that the estimate holds at its limit most of the time.
+    Torques press as told to a tenth, and the contact forces are estimated from the same torques.  So (11) has little to
+    correct, and what it feeds on is held to that: half a newton along z, and 5 mN.m of tau_s,y, the torque that the
+    estimate holds at its limit most of the time.
 
     Args:
         tool: Mass properties as believed.

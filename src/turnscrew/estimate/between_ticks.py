@@ -30,6 +30,14 @@ class JointTrack:
     v: Array
 
 
+@dataclass(frozen=True, slots=True)
+class TorqueTrack:
+    """Torques (24,) that the drives are sent, low-passed once, and twice: `tau` [N.m]."""
+
+    once: Array
+    tau: Array
+
+
 @dataclass(frozen=True)
 class BetweenTicks:
     """A critically damped g-h filter of all joints, and the tool's rate from the fingers that hold it.
@@ -64,6 +72,23 @@ class BetweenTicks:
     def read(self, state: JointTrack, reading: Array, dt: float) -> JointTrack:
         """Takes a reading: encoder angles (28,) [rad], dt [s] after the last."""
         return JointTrack(*_smoothed(state.q, state.v, reading, self._times, dt))
+
+    def sent(self, state: TorqueTrack | None, tau: Array, dt: float) -> TorqueTrack:
+        """Takes what the drives are sent until the next reading, low-passed as the speeds are.
+
+        `read` makes of the mean speed between two readings what two low-passes in a row, x += (1 - a) (input - x), make
+        of it.  Torques do not change between two readings, so they are told for the same time as the speeds.
+
+        Args:
+            state: Of the torques; None before the first.
+            tau: (24,) torques [N.m].
+            dt: Time for which they are given [s].
+        """
+        if state is None:
+            return TorqueTrack(tau, tau)
+        share = 1.0 - np.exp(-dt / self._times[DRIVEN_INDEX])
+        once = state.once + share * (tau - state.once)
+        return TorqueTrack(once, state.tau + share * (once - state.tau))
 
     def refresh(self, state: JointTrack, estimate: Estimate, ahead: float) -> Estimate:
         """Brings an estimate up to the joints' last reading.

@@ -23,6 +23,7 @@ import numpy as np
 
 from turnscrew.estimate.contacts import TouchDetector
 from turnscrew.estimate.correction import Corrector
+from turnscrew.estimate.driven_force import DrivenForce, DrivenState
 from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.estimate.filter_state import FilterState, Prior, pose_covariance
 from turnscrew.estimate.finger_force import FingerForceState, ForceFromTorque
@@ -83,6 +84,8 @@ class ToolEstimator:
         p_WS: (3,) bottom centre of the screw's drive in W at the start, as said [m].
         wrench: Tip wrench (III-B), with tool and thread.
         forces: Fingertip forces from the drives' torques; None for a hand with sensors in its fingertips.
+        driven: Contact forces from the torques that were sent, which tell the load of a robot that takes torques; None
+            for one that takes positions, whose load the fingertips' sensors tell.
         reach: Distance from the handle beyond which a fingertip cannot touch it [m]: three sigmas of joint offsets
             (.57 deg) and hand-to-screw calibration (2 mm) together.
         joints: Smoother of the joints' readings.
@@ -107,6 +110,7 @@ class ToolEstimator:
     p_WS: Array
     wrench: TipWrench
     forces: ForceFromTorque | None = None
+    driven: DrivenForce | None = None
     reach: float = 0.006
     joints: JointSmoother = field(default_factory=JointSmoother)
     hung: HungForce = field(default_factory=HungForce)
@@ -140,6 +144,7 @@ class ToolEstimator:
             joints=self.joints.init(measurement.q),
             filter=filtered,
             gauged=None if self.forces is None else self.forces.init(),
+            driven=None if self.driven is None else self.driven.init(),
             f_F=np.zeros((len(FINGERS), 3)),
             hung=self.hung.init(measurement),
             touch=self.touch.init(),
@@ -180,7 +185,8 @@ class ToolEstimator:
         measurement = changed(read, q=q, v=v)
         state, rolled = self._predict(state, read, joints, measurement, dt)
         pressed = float(state.wrench.axial.x[0])
-        state = changed(state, out=self.out.felt(state.out, pressed, measurement.time, dt))
+        driven, out = self._driven(state, measurement, dt), self.out.felt(state.out, pressed, measurement.time, dt)
+        state = changed(state, driven=driven, out=out)
         if measurement.vision is not None or state.since_correction >= self.correction_period:
             state = self._correct(state, measurement)
         return self._conclude(state, measurement, rolled, dt)
@@ -248,6 +254,18 @@ class ToolEstimator:
         )
         # the drives also move and brake the finger itself: what is left of that is no touch where no handle is
         return gauged, f_F * (state.contacts.gap < self.reach)[:, None]
+
+    def _driven(self, state: EstimatorState, measurement: Measurement, dt: float) -> DrivenState | None:
+        """Contact forces from the torques that were sent, of a robot that takes them."""
+        if self.driven is None or state.driven is None or measurement.tau_sent is None:
+            return state.driven
+        q, tip_W = measurement.q - state.filter.joint_offset(), state.contacts.tip_W
+        return self.driven.update(state.driven, measurement.tau_sent, q, measurement.v, state.tips, tip_W, dt)
+
+    def _pressing(self, state: EstimatorState) -> Array:
+        """(5, 3) force of each touching fingertip on the tool in W [N], from what was sent or from its sensor."""
+        known = state.touch if state.driven is None else state.driven
+        return known.f_W * state.touch.touching[:, None]
 
     def _screw(self, theta: float) -> Array:
         """The drive's bottom centre as said, advanced along the thread by the screw's angle [rad]."""
@@ -318,7 +336,7 @@ class ToolEstimator:
         f, contacts, touching = state.filter, state.contacts, state.touch.touching
         R_WT, offset, radius = self._orientation(state), f.joint_offset(), self._radius(f)
         nu = np.array([0.0, 0.0, self.wrench.advance(float(state.omega_T[2])), *state.omega_T.tolist()])
-        angle, f_W = self.angle.update(state.angle, yaw(f.R_WT), rolled, dt), state.touch.f_W * touching[:, None]
+        angle, f_W = self.angle.update(state.angle, yaw(f.R_WT), rolled, dt), self._pressing(state)
         F_h, squeeze = contacts.load(f_W, f.p_WT, R_WT)
         wrench, F_s = self.wrench.update(state.wrench, F_h, squeeze, radius, R_WT, nu, angle.theta, dt)
         slips, tip_slip = self.slips.felt(state.slips, f, state.tips, contacts, state.f_F, measurement.vision, dt)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from turnscrew.estimate.contacts import TouchState
 from turnscrew.estimate.correction import Correction
+from turnscrew.estimate.driven_force import DrivenState
 from turnscrew.estimate.filter_state import FilterState
 from turnscrew.estimate.finger_force import FingerForceState
 from turnscrew.estimate.handle_contacts import HandleContacts
@@ -35,6 +36,7 @@ class EstimatorState:
         joints: Smoothed joints.
         filter: Tool, screw, radius and offsets.
         gauged: The gauges' last readings; None for a hand with sensors in its fingertips.
+        driven: Of the forces from the torques that were sent; None for a robot that takes positions.
         f_F: (5, 3) force of each fingertip now, in its frame F, not low-passed [N].
         hung: Whether force sensors repeat themselves.
         touch: Touch flags and low-passed forces.
@@ -60,6 +62,7 @@ class EstimatorState:
     joints: JointState
     filter: FilterState
     gauged: FingerForceState | None
+    driven: DrivenState | None
     f_F: Array
     hung: HungState
     touch: TouchState

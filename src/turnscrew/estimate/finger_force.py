@@ -37,7 +37,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.robot.joints import COUPLED, DRIVEN, FINGERS, INDEX, JOINTS, finger_joints
 from turnscrew.robot.model import RobotModel, driven_jacobian
 
@@ -138,15 +138,32 @@ class ForceFromTorque:
         Paper: Section V-B, "fed to forward dynamics for estimating the contact forces on fingertips".
         """
         state, a = self._advance(state, tau, v, dt)
-        measured = state.tau[_DRIVES]
-        sees = _COUNTS & (state.age <= self.hold)[_DRIVES]
+        f_W = self.left(state.tau, state.age <= self.hold, q, v, a, tips, tip_W)
+        return state, np.asarray(f_W[:, None, :] @ tips.R_WF)[:, 0]
+
+    def left(self, tau: Array, known: Flags, q: Array, v: Array, a: Array, tips: Fingertips, tip_W: Array) -> Array:
+        """What the contacts take of torques, the module's docstring's f.
+
+        Args:
+            tau: (24,) torques of the drives [N.m].
+            known: (24,) which of them are known.
+            q: (28,) joint angles [rad].
+            v: (28,) joint speeds at the same time as the torques [rad/s].
+            a: (28,) joint accelerations, likewise [rad/s2].
+            tips: Fingertips at q.
+            tip_W: (5, 3) points where the fingertips touch, or would, in W [m].
+
+        Returns:
+            The force (5, 3) of each fingertip on what it touches, in W [N].
+        """
+        measured = tau[_DRIVES]
+        sees = _COUNTS & known[_DRIVES]
         rest = np.where(sees, measured - self._unloaded(q, v, a)[_JOINTS], 0.0)
         doubt = self.gauge_floor**2 + self.model_floor**2 + (self.gauge_share * measured) ** 2
         weight = np.where(sees, 1.0 / doubt, 0.0)
         J, n = contact_jacobians(tips, tip_W), normals(tips, tip_W)
         normal = (self._solve(J, rest, weight, n, np.full(K, self.rub)) * n).sum(axis=1)
-        f_W = self._solve(J, rest, weight, n, np.maximum(self.friction * normal, self.least))
-        return state, np.asarray(f_W[:, None, :] @ tips.R_WF)[:, 0]
+        return self._solve(J, rest, weight, n, np.maximum(self.friction * normal, self.least))
 
     def _advance(self, state: FingerForceState, tau: Array, v: Array, dt: float) -> tuple[FingerForceState, Array]:
         """The low-passes; also the acceleration (28,) [rad/s2]."""

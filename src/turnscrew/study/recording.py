@@ -24,6 +24,7 @@ from turnscrew.task.scenario_keys import Scenario
 from turnscrew.task.signal_table import column, read_signals
 from turnscrew.task.start import Start, draw_start, plan_of
 from turnscrew.task.wiring import believed_inertia, build_cell, build_estimator, build_sensors, generators
+from turnscrew.values import changed
 
 AGAIN = ("vision", "force", "sense")
 """Tables of a scenario that describe sensors: with other values there, or other markers, the run is measured again."""
@@ -107,6 +108,9 @@ def read(folder: Path, overrides: Sequence[str] = ()) -> Recording:
     else:
         with build_cell(scenario, start, plan) as cell:
             measurements = _measured(build_sensors(scenario, plan), scenario.seed, Playback(cell, log), truth.time)
+    # other sensors do not change what the drives were sent
+    pairs = zip(measurements, _driven(columns, len(truth.time)), strict=True)
+    measurements = tuple(changed(measurement, tau_sent=tau) for measurement, tau in pairs)
     inertia = believed_inertia(scenario, start.believed_radius)
     return Recording(
         name=folder.name,
@@ -166,6 +170,12 @@ def _recorded(columns: Mapping[str, np.ndarray]) -> tuple[Measurement, ...]:
         )
         for i in range(len(time))
     )
+
+
+def _driven(columns: Mapping[str, np.ndarray], ticks: int) -> list[Array | None]:
+    """The torques (24,) that the drives had been sent at each tick, as the loop had them; none before the first."""
+    tau = _optional(columns, "measurement.tau_sent", len(DRIVEN))
+    return [None if tau is None or np.isnan(tau[i]).any() else tau[i] for i in range(ticks)]
 
 
 def _optional(columns: Mapping[str, np.ndarray], path: str, *shape: int) -> Array | None:

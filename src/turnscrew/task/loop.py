@@ -10,7 +10,7 @@ import numpy as np
 
 from turnscrew.control.controller import ControllerState
 from turnscrew.decide.recovery import DeciderState
-from turnscrew.estimate.between_ticks import JointTrack
+from turnscrew.estimate.between_ticks import JointTrack, TorqueTrack
 from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.plant.cell import Cell
@@ -33,8 +33,8 @@ class LoopState:
     Of the faults, what the watch has found last is kept, for it is decided on a tick later.
 
     A robot that takes torques has beats between ticks, and needs for them the joints as read last, the estimate and the
-    goal that are in force, and which drives (24,) a beat has held to their limits.  Commands that are under way to the
-    drives are in `under_way`.
+    goal that are in force, which drives (24,) a beat has held to their limits, and the torques that the drives were
+    sent.  Commands that are under way to the drives are in `under_way`.
     """
 
     sensors: SensorState
@@ -49,6 +49,7 @@ class LoopState:
     last: tuple[Estimate, Goal] | None = None
     under_way: UnderWay = ()
     saturated: Flags = field(default_factory=lambda: np.zeros(len(DRIVEN), dtype=bool))
+    driven: TorqueTrack | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,20 +114,22 @@ class Loop:
         joints, known = state.joints, measurement
         if blocks.between is not None and joints is not None:
             joints = blocks.between.read(joints, measurement.q, beat)
-            known = changed(measurement, q=joints.q, v=joints.v)
+            tau_sent = None if state.driven is None else state.driven.tau
+            known = changed(measurement, q=joints.q, v=joints.v, tau_sent=tau_sent)
         estimator, estimate = blocks.estimator.update(state.estimator, known, state.sent, dt)
         if blocks.between is not None and joints is not None:
             estimate = blocks.between.refresh(joints, estimate, 0.0)
         decider, goal = blocks.decider.update(state.decider, estimate, state.faults, dt)
         controller, effort = blocks.controller.update(state.controller, goal, estimate, beat)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, beat)
-        under_way = self._write(state.under_way, plant, command, sensors)
+        under_way, driven = self._write(state, plant, command, sensors)
         strain = Strain(effort, state.saturated | command.saturated) if command.tau is not None else None
         watch, faults = self.watch.update(state.watch, measurement, estimate, goal, dt, strain)
         sent = STILL if command.motion is None else command.motion
         following = LoopState(
-            sensors, estimator, watch, decider, controller, adapter, sent, faults, joints, (estimate, goal), under_way
-        )
+            sensors, estimator, watch, decider, controller, adapter, sent, faults, joints, (estimate, goal), under_way,
+            driven=driven,
+        )  # fmt: skip
         begun, over = state.watch.begun(faults), self._over(decider, faults)
         return following, Tick(known, estimate, begun, goal, effort, command, over)
 
@@ -146,23 +149,31 @@ class Loop:
         estimate = blocks.between.refresh(joints, estimate, dt)
         controller, effort = blocks.controller.update(state.controller, goal, estimate, dt)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, dt)
-        under_way = self._write(state.under_way, plant, command, sensors)
+        under_way, driven = self._write(state, plant, command, sensors)
         return LoopState(
             sensors, state.estimator, state.watch, state.decider, controller, adapter, state.sent, state.faults, joints,
-            (estimate, goal), under_way, state.saturated | command.saturated,
+            (estimate, goal), under_way, state.saturated | command.saturated, driven,
         )  # fmt: skip
 
-    def _write(self, under_way: UnderWay, plant: Cell, command: Command, sensors: SensorState) -> UnderWay:
-        """Puts a command on its way and writes the one that arrives; returns what is under way then."""
-        values = command.tau
+    def _write(
+        self, state: LoopState, plant: Cell, command: Command, sensors: SensorState
+    ) -> tuple[UnderWay, TorqueTrack | None]:
+        """Puts a command on its way and writes the one that arrives.
+
+        Returns:
+            What is under way then, and the torques that the drives were sent, that one included.
+        """
+        values, between = command.tau, self.blocks.between
         if values is None and command.q is not None:
             # the servos close their loops on the encoders, whose zeros are off by what only the plant knows
             values = command.q - sensors.encoders.offset[DRIVEN_INDEX]
         if values is None:
-            return under_way
-        under_way, due = self.line.update(under_way, values)
+            return state.under_way, state.driven
+        under_way, due = self.line.update(state.under_way, values)
         plant.write(due)
-        return under_way
+        if command.tau is None or between is None:
+            return under_way, None
+        return under_way, between.sent(state.driven, due, self.dt / self.beats)
 
     def _sense(self, state: SensorState, plant: Cell) -> tuple[SensorState, Measurement]:
         return self.blocks.sensors.update(state, plant)
