@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from rigs.grips import FOUR_HELD, PINCHED
 from rigs.messages import goal_of
 
@@ -19,7 +20,8 @@ from turnscrew.robot.motors import DRIVE_LIMITS
 from turnscrew.signals import Role
 
 ROBOT = RobotModel()
-BLOCK = OptimalDistribution(ROBOT)
+# as it is once the friction's doubt has faded
+BLOCK = OptimalDistribution(ROBOT, doubt=0.0)
 TH_MF = np.array([True, False, True, False, False])
 FOUR = np.array([True, True, True, True, False])
 DT = 0.002
@@ -108,6 +110,28 @@ def test_the_squeeze_rises_with_a_tool_that_leans_and_fades_again():
 def test_every_contact_keeps_its_margin():
     wanted = run([gripping(TH_MF, squeeze=1.0)] * 60, np.array([0, 0, -4.2, 0, 0, -0.03]), PINCHED)[-1]
     assert (wanted.margin[TH_MF] >= BLOCK.margin - 1e-5).all()
+
+
+def test_friction_is_doubted_at_first_by_what_the_drives_have_to_spare():
+    goal, light = gripping(TH_MF, squeeze=1.0), np.array([0.0, 0.0, -4.2, 0.0, 0.0, -0.01])
+    doubting = OptimalDistribution(ROBOT)
+    state, track = doubting.init(), []
+    for _ in range(4000):
+        state, wanted = doubting.update(state, goal, PINCHED, light, 15.0 * DT)
+        pressing, along = split(wanted.f_W, PINCHED.n_W)
+        track.append(float((along[TH_MF] / pressing[TH_MF]).max()))
+    # the cone is three tenths narrower, and as usual after 120 s, four times what the doubt fades in
+    settled = split(run([goal] * 60, light, PINCHED)[-1].f_W, PINCHED.n_W)
+    assert track[50] < 0.75 * BLOCK.friction
+    assert track[50] < 0.8 * track[-1]
+    assert track[-1] == pytest.approx(float((settled[1][TH_MF] / settled[0][TH_MF]).max()), rel=0.02)
+    # drives at their limits take the doubt, too: what is asked for then is what is asked for without it
+    heavy = np.array([0.0, 0.0, -5.0, 0.0, 0.0, -0.8])
+    spent = doubting.init()
+    for _ in range(50):
+        spent, wanted = doubting.update(spent, gripping(TH_MF), PINCHED, heavy, DT)
+    assert spent.spare < 0.05
+    assert wanted.lost[5] == pytest.approx(run([gripping(TH_MF)] * 50, heavy, PINCHED)[-1].lost[5], rel=0.02)
 
 
 def test_a_finger_that_is_trusted_less_presses_more_and_stays_inside_its_smaller_cone():

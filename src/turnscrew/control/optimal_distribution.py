@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import hypot
+from math import exp, hypot
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from turnscrew.robot.joints import ARM, FINGERS
 from turnscrew.robot.model import RobotModel
 from turnscrew.robot.motors import DRIVE_LIMITS
 from turnscrew.signals import GRIP, Estimate, Goal
+from turnscrew.values import changed
 
 FINGER_COUNT = len(FINGERS)
 ARM_DRIVES = len(ARM)
@@ -43,6 +44,7 @@ class Shared:
         active: Rows that bound.
         alarm: Squeeze added because the tool has leaned fast [N].
         spare: Share of the contacts' margin that the drives have torque for, 0 to 1.
+        age: Time since the first grip [s].
     """
 
     f_W: Array
@@ -50,6 +52,7 @@ class Shared:
     active: Marks | None
     alarm: float = 0.0
     spare: float = 1.0
+    age: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,9 @@ class OptimalDistribution:
         friction: Coefficient counted with, below what is expected of skin on a handle: the rest is margin.
         margin: Force across its normal that a contact with its whole share must have to spare [N]: a push of 3 N on the
             handle is half a newton to two newtons for each of two fingers, by its direction.
+        doubt: Share of that friction that is not counted with at first: what is left is the friction of the greasiest
+            handle there is (.35, of .51 that are usually counted with).  It belongs to the margin, and goes with it,
+        settled: and fades in this time [s], while the estimate learns from fingers that slide: eighteen fast rounds.
         most: Largest pressing force of a finger with its whole share [N]; Shadow's fingertips stand 5-8 N for long and
             more for a moment.
         least: Least pressing force of a finger with its whole share [N]: an accidental touch does not lift it off.
@@ -79,6 +85,8 @@ class OptimalDistribution:
     robot: RobotModel
     friction: float = 0.6
     margin: float = 1.0
+    doubt: float = 0.3
+    settled: float = 30.0
     most: float = 12.0
     least: float = 1.0
     first: float = 1.0
@@ -117,7 +125,7 @@ class OptimalDistribution:
         fingers = enumerate(zip(goal.roles.tolist(), goal.share.tolist(), strict=True))
         held = tuple(row for row, (role, share) in fingers if role == GRIP and share > 0.0)
         if not held:
-            return self.init(), WantedForces.none(F_hd)
+            return changed(self.init(), age=state.age), WantedForces.none(F_hd)
         rows = np.array(held)
         alarm = self._alarm(state, estimate, dt)
         active = state.active if state.held == held and state.active is not None else FRESH
@@ -126,11 +134,20 @@ class OptimalDistribution:
         full = solved.status is Sharing.OVERLOADED
         spare = state.spare - dt / SPEND if full else state.spare + dt / REGAIN
         spare = min(max(spare, 0.0), 1.0)
+        # what is spare is told by the friction that is expected
+        trusted = estimate.grip[rows] * np.minimum(goal.share[rows] / self.firm, 1.0)
+        unused = (self.friction - self._counted(state)) * trusted
+        margins = solved.margin - unused * (solved.f_W * estimate.n_W[rows]).sum(axis=1)
         f_W, margin, lost, limited = _spread(
-            rows, solved.f_W, solved.margin, solved.lost, solved.limited, spare == 0.0, self.sharing.lever,
+            rows, solved.f_W, margins, solved.lost, solved.limited, spare == 0.0, self.sharing.lever,
             estimate.radius,
         )  # fmt: skip
-        return Shared(f_W, held, solved.active, alarm, spare), WantedForces(f_W, lost, margin, limited)
+        after = Shared(f_W, held, solved.active, alarm, spare, state.age + dt)
+        return after, WantedForces(f_W, lost, margin, limited)
+
+    def _counted(self, state: Shared) -> float:
+        """Friction counted with now, of fingers that are trusted."""
+        return self.friction * (1.0 - self.doubt * exp(-state.age / self.settled) * state.spare)
 
     def _alarm(self, state: Shared, estimate: Estimate, dt: float) -> float:
         """Squeeze that a leaning tool asks for [N]: at once, and fading."""
@@ -146,7 +163,7 @@ class OptimalDistribution:
         return Program(*_posed(
             rows, goal.share, goal.squeeze, estimate.c_W, estimate.n_W, estimate.grip, estimate.p_WT, estimate.R_WT,
             F_hd, sharing.lever, estimate.radius, state.f_W, active, J, dynamics.bias, self._room, alarm,
-            state.spare * self.margin, (self.friction, self.firm, self.least, self.first, self.most),
+            state.spare * self.margin, (self._counted(state), self.firm, self.least, self.first, self.most),
             (sharing.follow, sharing.rest), sharing.sides,
         ))  # fmt: skip
 

@@ -8,8 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from turnscrew.decide.plan import GaitPlan
+from turnscrew.decide.plan import SUPPORTING, GaitPlan
 from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.rotations import cross, exp_so3
 from turnscrew.robot.inverse_kinematics import PALM_LENGTH, place_fingertip, rotation_vector
 from turnscrew.robot.joints import FINGERS, finger_joints
 from turnscrew.robot.model import RobotModel
@@ -30,12 +31,15 @@ class Placing:
         arm_speed: Fastest motion of the palm, turns as `knuckle_way` counts them [m/s]: a gripped handle is dragged
             along, and at 6 mm/s the tilt servo keeps up; at 20 mm/s one start of sixteen tips the tool over (found by
             trial).
+        opposing: Largest angle by which each of FF and RF is placed farther around the handle than planned, until they
+            are opposite [rad].
     """
 
     robot: RobotModel
     plan: GaitPlan
     arm_rate: float = 2.0
     arm_speed: float = 0.006
+    opposing: float = 0.0
 
     def before_handle(self, q_plan: Array, fingers: Sequence[str], estimate: Estimate, standoff: float) -> Array:
         """Postures with fingertips a little off the handle, at the plan's contacts as seen from the handle.
@@ -58,15 +62,34 @@ class Placing:
         q = q_plan.copy()
         q[:6] = estimate.q[:6]
         rng = np.random.default_rng(0)
-        for finger in fingers:
+        for finger, turn in zip(fingers, self._opposed(planned.p_WF, fingers), strict=True):
             row = FINGERS.index(finger)
-            arm = A @ (planned.p_WF[row] - self.plan.p_WS)
+            arm = A @ turn @ (planned.p_WF[row] - self.plan.p_WS)
             radial = arm - (arm @ axis) * axis
             out = radial / np.linalg.norm(radial)
             target = estimate.p_WT + arm + (standoff + estimate.radius - self.plan.radius) * out
             q = place_fingertip(self.robot, finger, target, q, rng, margin=0.01, starts=1).q
         q[:6] = q_plan[:6]
         return q
+
+    def _opposed(self, p_WF: Array, fingers: Sequence[str]) -> list[Array]:
+        """Turns (3, 3) of the fingers' places around the planned handle that bring a pair that holds opposite.
+
+        Two fingers that are not opposite push the handle sideways with a share of their squeeze, and need friction for
+        that.
+
+        Args:
+            p_WF: (5, 3) fingertips as planned, in W [m].
+            fingers: Which of them are placed.
+        """
+        if tuple(fingers) != SUPPORTING:
+            return [np.eye(3)] * len(fingers)
+        axis = self.plan.R_WT[:, 2]
+        one, other = (p_WF[FINGERS.index(finger)] - self.plan.p_WS for finger in fingers)
+        one, beyond = one - (one @ axis) * axis, (other @ axis) * axis - other
+        lack = float(np.arctan2(cross(one, beyond) @ axis, one @ beyond))
+        turn = min(max(0.5 * lack, -self.opposing), self.opposing)
+        return [exp_so3(turn * axis), exp_so3(-turn * axis)]
 
     def palm_error(self, estimate: Estimate) -> Array:
         """By how much the palm is off the plan's place over the screw, the tool upright there.

@@ -26,8 +26,9 @@ the likelihood ratio of a turn by b standard deviations against none.  Which fin
 A finger that slides has told that its friction is less than was counted on.  How much less no reading can tell: from
 the direction of a force that is known to 30 deg, friction would follow as anything between .3 and 4.  So the share of
 its friction that a finger is trusted with is lowered in steps, one for every `threshold` that it slides, and regained
-slowly.  Who shares the load lets that finger press more and carry less.  All fingertips have the same skin, and the
-handle is the same all around: a finger that comes to the handle is trusted no more than those that hold it.
+slowly, with `again` not up to where it slid.  Who shares the load lets that finger press more and carry less.  All
+fingertips have the same skin, and the handle is the same all around: a finger that comes to the handle is trusted no
+more than those that hold it, and none regains more than another.
 
 Paper: no counterpart; (13) is what is tested.
 """
@@ -35,7 +36,7 @@ Paper: no counterpart; (13) is what is tested.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import exp, log, sqrt
+from math import exp, inf, log, sqrt
 
 import numpy as np
 
@@ -58,6 +59,7 @@ class FingerSlipState:
         g: The CUSUM of the handle's turning back.
         around: Way that the handle has been seen to have turned back under the fingers lately [m].
         grip: (5,) share of the friction counted with that each is trusted with, 0 to 1.
+        regained: Share up to which trust is regained, 0 to 1.
     """
 
     way: Array
@@ -67,6 +69,7 @@ class FingerSlipState:
     g: float
     around: float
     grip: Array
+    regained: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +89,8 @@ class FingerSlip:
         lowered: What a finger is trusted with, over what it was, for every threshold that it slides by.
         least: Least share: drives and skin stand no more than twice or three times the squeeze.
         regain: Time in which the rest of the trust is regained [s]: the time of three rounds.
+        again: Share of the trust at which a finger slid up to which that of all fingers is regained, for friction does
+            not come back.
     """
 
     memory: float = 0.15
@@ -99,6 +104,7 @@ class FingerSlip:
     lowered: float = 0.6
     least: float = 0.35
     regain: float = 10.0
+    again: float = inf
 
     def init(self) -> FingerSlipState:
         """Nothing gripped, every finger trusted."""
@@ -122,10 +128,11 @@ class FingerSlip:
         way, held, slid = _slid(
             state.way, state.held, moved, level, hand_sigma, around, self.firm, self.fresh, self.noise, keep, dt
         )
-        told, grip = _trusted(
-            slid, held, state.told, state.grip, self.threshold, exp(-dt / self.regain), self.lowered, self.least
-        )
-        return FingerSlipState(way, held, slid, told, state.g, around, grip)
+        told, grip, regained = _trusted(
+            slid, held, state.told, state.grip, state.regained, self.threshold, exp(-dt / self.regain), self.lowered,
+            self.least, self.again,
+        )  # fmt: skip
+        return FingerSlipState(way, held, slid, told, state.g, around, grip, regained)
 
     def seen(self, state: FingerSlipState, back: float, variance: float, radius: float) -> FingerSlipState:
         """Take in a camera frame.
@@ -181,22 +188,27 @@ def _slid(
 
 @compiled
 def _trusted(
-    slid: Array, held: Array, told: Array, grip: Array, threshold: float, keep: float, lowered: float, least: float
-) -> tuple[Array, Array]:
+    slid: Array, held: Array, told: Array, grip: Array, regained: float, threshold: float, keep: float, lowered: float,
+    least: float, again: float,
+) -> tuple[Array, Array, float]:  # fmt: skip
     """How many thresholds (5,) each finger has been told to have slid by, and the share it is trusted with.
 
-    A finger that does not hold is trusted no more than the least trusted one that does.
+    A finger that does not hold is trusted no more than the least trusted one that does.  And the share up to which
+    trust is regained from now on.
     """
-    k, holding = len(slid), 1.0
+    k, holding, ceiling = len(slid), 1.0, regained
     after, trust = np.zeros(k), np.empty(k)
     for i in range(k):
         if slid[i] >= 0.5 * threshold:
             after[i] = max(told[i], np.floor(slid[i] / threshold))
-        regained = 1.0 + (grip[i] - 1.0) * keep
-        trust[i] = max(regained * lowered ** max(after[i] - told[i], 0.0), least)
+        if after[i] > told[i]:
+            ceiling = max(min(ceiling, again * grip[i]), least)
+        regaining = regained + (grip[i] - regained) * keep
+        trust[i] = max(regaining * lowered ** max(after[i] - told[i], 0.0), least)
         if held[i] > 0.0:
             holding = min(holding, trust[i])
     for i in range(k):
+        trust[i] = min(trust[i], ceiling)
         if held[i] == 0.0:
             trust[i] = min(trust[i], holding)
-    return after, trust
+    return after, trust, ceiling

@@ -27,6 +27,7 @@ from turnscrew.estimate.driven_force import DrivenForce
 from turnscrew.estimate.estimator import Reference, ToolEstimator
 from turnscrew.estimate.filter_state import Prior
 from turnscrew.estimate.finger_force import ForceFromTorque
+from turnscrew.estimate.finger_slip import FingerSlip
 from turnscrew.estimate.joint_smoothing import JointSmoother
 from turnscrew.estimate.pose_ipopt import IpoptSolver
 from turnscrew.estimate.pose_refine import PoseRefiner
@@ -88,6 +89,15 @@ DRIVEN_SIZE, DRIVEN_DIRECTION = 0.1, 0.01
 that hold the handle they err by 5 to 10 % in the median; what part of that is across the force changes with the
 posture within a phase, so there is no angle to be learned."""
 
+OPPOSING = float(np.radians(5.0))
+"""By how much FF and RF may be placed nearer to opposite than planned, for a robot that takes torques [rad]: half of
+what plans may leave to opposite (`Requirements.hold_opposition`).  Position servos hold the handle against what is
+missing; torques leave it to friction."""
+
+LEARNING = FingerSlip(again=0.8)
+"""Trust in the fingers' friction of a robot that takes torques, whose fingers slide away once friction gives way, where
+position servos stay: after a slide never more than eight tenths of what it slid at."""
+
 STROKE_SQUEEZE = 10.0
 """Squeeze of thumb and middle finger in one long stroke, before the load asks for more [N]: they do not have to hand
 over, and slide less the farther they are from the end of their friction."""
@@ -135,7 +145,8 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
     """The loop's blocks, told what the robot is told."""
     inertia = believed_inertia(scenario, believed_radius)
     torque = scenario.robot.actuation == "torque"
-    gait = Gait(plan, Placing(robot, plan), scenario.speed.turning, recentre=scenario.control.recentre)
+    placing = Placing(robot, plan, opposing=OPPOSING if torque else 0.0)
+    gait = Gait(plan, placing, scenario.speed.turning, recentre=scenario.control.recentre)
     if torque:
         gait = replace(gait, support_speed=SUPPORT_SPEED)
     if scenario.goal.course == "stroke":
@@ -303,7 +314,8 @@ def build_slips(scenario: Scenario) -> Slips:
         direction = scenario.force.direction_noise
         tip = TipSlip(direction_error=direction, height=height, haste=haste, look=SecondLook(play))
     encoder = 0.5 * scenario.sense.encoder_noise
-    return Slips(tip=tip, motion=TipMotion(encoder=encoder, play=slot - tool.blade_thickness))
+    fingers = LEARNING if scenario.robot.actuation == "torque" else FingerSlip()
+    return Slips(fingers=fingers, tip=tip, motion=TipMotion(encoder=encoder, play=slot - tool.blade_thickness))
 
 
 def slot_play(width: float, thickness: float, slot: float) -> float:

@@ -201,7 +201,9 @@ def sharing_of(case: Case, robot: RobotModel, friction: float) -> OptimalDistrib
     """
     if case.forces is Forces.CONTROLLER:
         return OptimalDistribution(robot, friction, most=case.most, torque=1.0)
-    led = OptimalDistribution(robot, BEYOND * friction, margin=0.0, most=case.most, most_reflex=0.0, torque=1.0)
+    led = OptimalDistribution(
+        robot, BEYOND * friction, margin=0.0, doubt=0.0, most=case.most, most_reflex=0.0, torque=1.0
+    )
     return replace(led, sharing=replace(led.sharing, sides=SIDES, rest=LOOSE))
 
 
