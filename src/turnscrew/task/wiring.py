@@ -252,8 +252,12 @@ def build_estimator(
 
 
 def build_out(scenario: Scenario) -> TipOut:
-    """The test of a lost tip, told whether fingertips read well enough to feel the loss."""
-    if scenario.force.source == "tip" and scenario.force.direction_noise > FELT:
+    """The test of a lost tip, told whether the contact forces are known well enough to feel the loss."""
+    if (
+        scenario.robot.actuation == "position"
+        and scenario.force.source == "tip"
+        and scenario.force.direction_noise > FELT
+    ):
         return TipOut(least=-math.inf)
     return TipOut()
 
