@@ -9,7 +9,7 @@ import pytest
 from rigs.grips import FOUR_HELD, PINCHED
 from rigs.messages import goal_of
 
-from turnscrew.contact.friction import split
+from turnscrew.contact.friction import cone_margin, split
 from turnscrew.contact.grasp import grasp_matrix
 from turnscrew.control.optimal_distribution import OptimalDistribution
 from turnscrew.robot.contact_jacobian import contact_jacobian
@@ -32,10 +32,10 @@ def gripping(who, share=None, squeeze=4.0):
     return goal_of(roles=np.where(who, Role.GRIP, Role.FREE), share=share, squeeze=share * squeeze)
 
 
-def run(goals, F_hd, estimate=FOUR_HELD):
-    state, track = BLOCK.init(), []
+def run(goals, F_hd, estimate=FOUR_HELD, block=BLOCK):
+    state, track = block.init(), []
     for goal in goals:
-        state, wanted = BLOCK.update(state, goal, estimate, F_hd, DT)
+        state, wanted = block.update(state, goal, estimate, F_hd, DT)
         track.append(wanted)
     return track
 
@@ -110,6 +110,17 @@ def test_the_squeeze_rises_with_a_tool_that_leans_and_fades_again():
 def test_every_contact_keeps_its_margin():
     wanted = run([gripping(TH_MF, squeeze=1.0)] * 60, np.array([0, 0, -4.2, 0, 0, -0.03]), PINCHED)[-1]
     assert (wanted.margin[TH_MF] >= BLOCK.margin - 1e-5).all()
+
+
+def test_what_is_spare_is_told_by_the_friction_that_is_expected():
+    goal, F_hd = [gripping(TH_MF, squeeze=1.0)] * 60, np.array([0, 0, -4.2, 0, 0, -0.03])
+    for expected in (BLOCK.friction, 0.85):
+        wanted = run(goal, F_hd, PINCHED, replace(BLOCK, expected=expected))[-1]
+        # the pyramid that counts lies inside the cone that tells: by what its sides fall short, a sixteenth at most
+        room = cone_margin(wanted.f_W, PINCHED.n_W, expected)[TH_MF]
+        pressing = split(wanted.f_W, PINCHED.n_W)[0][TH_MF]
+        assert (wanted.margin[TH_MF] <= room + 1e-5).all()
+        assert (wanted.margin[TH_MF] >= room - 0.08 * BLOCK.friction * pressing - 1e-5).all()
 
 
 def test_friction_is_doubted_at_first_by_what_the_drives_have_to_spare():

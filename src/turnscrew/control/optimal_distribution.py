@@ -62,6 +62,7 @@ class OptimalDistribution:
     Attributes:
         robot: Kinematics, gravity and drives.
         friction: Coefficient counted with, below what is expected of skin on a handle: the rest is margin.
+        expected: Coefficient that is expected, by which is told what a contact has to spare.
         margin: Force across its normal that a contact with its whole share must have to spare [N]: a push of 3 N on the
             handle is half a newton to two newtons for each of two fingers, by its direction.
         doubt: Share of that friction that is not counted with at first: what is left is the friction of the greasiest
@@ -84,6 +85,7 @@ class OptimalDistribution:
 
     robot: RobotModel
     friction: float = 0.6
+    expected: float = 1.0
     margin: float = 1.0
     doubt: float = 0.3
     settled: float = 30.0
@@ -134,9 +136,9 @@ class OptimalDistribution:
         full = solved.status is Sharing.OVERLOADED
         spare = state.spare - dt / SPEND if full else state.spare + dt / REGAIN
         spare = min(max(spare, 0.0), 1.0)
-        # what is spare is told by the friction that is expected
+        # nothing is about to slide that is near the end of what is counted on alone
         trusted = estimate.grip[rows] * np.minimum(goal.share[rows] / self.firm, 1.0)
-        unused = (self.friction - self._counted(state)) * trusted
+        unused = (self.expected - self._counted(state)) * trusted
         margins = solved.margin - unused * (solved.f_W * estimate.n_W[rows]).sum(axis=1)
         f_W, margin, lost, limited = _spread(
             rows, solved.f_W, margins, solved.lost, solved.limited, spare == 0.0, self.sharing.lever,

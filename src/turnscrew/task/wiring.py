@@ -180,7 +180,8 @@ def build_controller(scenario: Scenario, robot: RobotModel, inertia: ToolInertia
         # torques press as told: there is nothing to make up for by an integral, and no posture that would be bent away
         most = scenario.control.largest_squeeze
         return Controller(servo, Distribution(friction, most=most, rate=0.0, fixed=scenario.control.squeeze))
-    return Controller(servo, OptimalDistribution(robot, friction, most=scenario.control.largest_squeeze))
+    most, expected = scenario.control.largest_squeeze, believed_friction(scenario)
+    return Controller(servo, OptimalDistribution(robot, friction, expected, most=most))
 
 
 def build_sensors(scenario: Scenario, plan: GaitPlan) -> Sensors:
