@@ -129,6 +129,16 @@ def test_strokes_are_as_short_as_the_thread_demands_and_lift_off_from_where_they
         np.testing.assert_allclose(lift[rows], (PLAN.leaving(1.0) - PLAN.rolling(1.0))[rows], atol=0.02)
 
 
+def test_what_the_supporting_fingers_pass_on_does_not_depend_on_the_pace():
+    gait = replace(GAIT, support_speed=0.3)
+    for pace in (1.0, 2.5):
+        goals = play(1, gait=gait.faster(pace))
+        turned = -sum(goal.turn_rate for goal in goals if goal.phase == Phase.RELOCATE) * DT
+        # up and down in `ramp`, to what a tick turns
+        assert turned == pytest.approx(0.3 * (GAIT.relocate - GAIT.ramp), abs=0.3 * pace * DT)
+        assert turned == pytest.approx(gait.passed_on, abs=0.3 * pace * DT)
+
+
 def test_fingers_feel_for_the_handle_from_where_they_were_sent():
     def feels(state, **changes):
         return GAIT.update(state, standing(touching=TH_MF, **changes), DT)[1].approach.any(axis=1)

@@ -98,3 +98,8 @@ def test_strokes_are_budgeted_for_the_rounds_wanted_by_what_two_fingers_hold():
     # .6 of the friction, 9 N of squeeze, 2.5 N of thrust each, at 18 mm
     assert gait.budget.torque == pytest.approx(2 * 0.018 * math.sqrt((0.6 * 9.0) ** 2 - 2.5**2))
     assert blocks("goal.course=stroke").decider.gait.budget is None
+    # a round of a robot that takes torques is as short, what first and ring finger turn included
+    torques = blocks("goal.rounds=20", "robot.actuation=torque", "speed.gait=2.5").decider.gait
+    assert torques.passed_on > 0.0
+    assert torques.budget is not None
+    assert torques.budget.least + torques.passed_on == pytest.approx(gait.budget.least)

@@ -179,6 +179,11 @@ class Gait:
         )
 
     @property
+    def passed_on(self) -> float:
+        """Angle by which FF and RF turn the handle while TH and MF go back [rad]."""
+        return self.support_speed * (self.relocate - self.ramp)
+
+    @property
     def feeling(self) -> float:
         """Time in which fingers should have come before the handle and felt it, where it is estimated to be [s]."""
         return self.add + self.standoff / self.closing

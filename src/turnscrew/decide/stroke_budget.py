@@ -14,6 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+LEAST = float(np.radians(27.0))
+"""Shortest turn of the handle in a round [rad]: one that turns the screw by less than `Gait.least_turn`, 22 deg, is
+made again, and up to 5 deg are lost, to the blade's play and to what thread and fingers give back."""
+
 
 @dataclass(frozen=True)
 class StrokeBudget:
@@ -22,13 +26,12 @@ class StrokeBudget:
     Attributes:
         rounds: How many are wanted in all.
         torque: What the rolling pair holds with the share of friction that its squeeze counts on [N.m].
-        least: Shortest stroke [rad]: a round that turns the screw by less than `Gait.least_turn`, 22 deg, is made
-            again, and of a stroke up to 5 deg are lost, to the blade's play and to what thread and fingers give back.
+        least: Shortest stroke [rad].
     """
 
     rounds: int
     torque: float
-    least: float = np.radians(27.0)
+    least: float = LEAST
 
     def stroke(self, full: float, made: int, ends: Sequence[tuple[float, float]]) -> float:
         """Angle of the next stroke [rad].

@@ -19,7 +19,7 @@ from turnscrew.decide.gait import Gait
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plan import GaitPlan
 from turnscrew.decide.recovery import Decider
-from turnscrew.decide.stroke_budget import StrokeBudget, pinch_torque
+from turnscrew.decide.stroke_budget import LEAST, StrokeBudget, pinch_torque
 from turnscrew.estimate.between_ticks import BetweenTicks
 from turnscrew.estimate.blade_play import BladePlay
 from turnscrew.estimate.contacts import TouchDetector
@@ -152,7 +152,7 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
     if scenario.goal.course == "stroke":
         gait = replace(gait, squeeze=STROKE_SQUEEZE)
     elif scenario.goal.rounds is not None:
-        gait = replace(gait, budget=build_budget(scenario, scenario.goal.rounds, believed_radius, gait.tip_force))
+        gait = replace(gait, budget=build_budget(scenario, scenario.goal.rounds, believed_radius, gait))
     return Blocks(
         sensors=build_sensors(scenario, plan),
         estimator=build_estimator(scenario, plan, robot, inertia, believed_radius),
@@ -163,10 +163,11 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
     )
 
 
-def build_budget(scenario: Scenario, rounds: int, radius: float, thrust: float) -> StrokeBudget:
+def build_budget(scenario: Scenario, rounds: int, radius: float, gait: Gait) -> StrokeBudget:
     """What thumb and middle finger hold for long, with the friction that is counted on, for the rounds wanted."""
     friction = scenario.control.friction_used * believed_friction(scenario)
-    return StrokeBudget(rounds, pinch_torque(radius, friction, Distribution.most, thrust))
+    torque = pinch_torque(radius, friction, Distribution.most, gait.tip_force)
+    return StrokeBudget(rounds, torque, LEAST - gait.passed_on)
 
 
 def build_controller(scenario: Scenario, robot: RobotModel, inertia: ToolInertia) -> Controller:
