@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from rigs.messages import estimate_of
 
-from turnscrew.decide.gait import FF_RF, ORDER, TH_MF, Gait, Phase, smooth
+from turnscrew.decide.gait import Gait, smooth
+from turnscrew.decide.gait_state import FF_RF, ORDER, TH_MF, Phase
 from turnscrew.decide.placing import Placing, carried_palm, knuckle_way
 from turnscrew.decide.plans import plan_for
 from turnscrew.decide.stroke_budget import StrokeBudget

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from rigs.messages import estimate_of
 
-from turnscrew.decide.gait import FF_RF, TH_MF, Gait, Phase
+from turnscrew.decide.gait import Gait
+from turnscrew.decide.gait_state import FF_RF, TH_MF, Phase
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plans import plan_for
 from turnscrew.decide.recovery import POLICY, Action, Decider, DeciderState

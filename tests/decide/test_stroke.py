@@ -9,7 +9,8 @@ import pytest
 from rigs.messages import estimate_of
 
 from turnscrew.contact.envelope import largest_torque
-from turnscrew.decide.gait import TH_MF, Gait, Phase
+from turnscrew.decide.gait import Gait
+from turnscrew.decide.gait_state import TH_MF, Phase
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plan import Course, GaitPlan
 from turnscrew.decide.plan_check import margins

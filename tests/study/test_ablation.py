@@ -13,7 +13,7 @@ import pytest
 from rich.console import Console
 
 from turnscrew.control.distribution import Distribution
-from turnscrew.decide.gait import FF_RF, Phase
+from turnscrew.decide.gait_state import FF_RF, Phase
 from turnscrew.decide.recovery import DeciderState
 from turnscrew.errors import ScenarioError
 from turnscrew.show.ablation_report import failures, report, worth_table

@@ -12,7 +12,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from turnscrew.decide.gait import Gait, GaitState, Phase
+from turnscrew.decide.gait import Gait
+from turnscrew.decide.gait_state import GaitState, Phase
 from turnscrew.signals import Estimate, Fault, FaultKind, Goal
 from turnscrew.values import changed
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from turnscrew.decide.gait import Phase
+from turnscrew.decide.gait_state import Phase
 from turnscrew.geometry.arrays import Flags
 from turnscrew.geometry.euler import tilt
 from turnscrew.robot.joints import DRIVEN, FINGERS

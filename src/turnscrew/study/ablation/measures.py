@@ -11,7 +11,7 @@ import numpy as np
 from turnscrew.control.distribution import Distribution
 from turnscrew.control.optimal_distribution import OptimalDistribution
 from turnscrew.control.wanted_forces import WrenchSharing
-from turnscrew.decide.gait import FF_RF, TH_MF, GaitState, Phase
+from turnscrew.decide.gait_state import FF_RF, TH_MF, GaitState, Phase
 from turnscrew.decide.recovery import Decider, DeciderState
 from turnscrew.errors import ScenarioError
 from turnscrew.estimate.estimator import ToolEstimator

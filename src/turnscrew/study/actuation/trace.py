@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turnscrew.decide.gait import Phase
+from turnscrew.decide.gait_state import Phase
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.robot.joints import FINGERS
 from turnscrew.signals import GRIP
