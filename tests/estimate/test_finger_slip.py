@@ -20,11 +20,13 @@ SHARP, SHAKY = 5e-5, 5e-4
 """How well the hand's place is known [m]: arms whose readings are smoothed for long, or hardly."""
 
 
-def run(moves: np.ndarray, hand: float = SHARP, level: np.ndarray = PINCH) -> list[FingerSlipState]:
-    """States of a while, after a grip of .3 s at rest; moves (n, 5) [m]."""
-    state, states = BLOCK.init(), []
+def run(
+    moves: np.ndarray, hand: float = SHARP, level: np.ndarray = PINCH, rolled: float = 0.0, block: FingerSlip = BLOCK
+) -> list[FingerSlipState]:
+    """States of a while, after a grip of .3 s at rest; moves (n, 5), and how far the handle rolls in a tick [m]."""
+    state, states = block.init(), []
     for moved in (*np.zeros((30, 5)), *moves):
-        state = BLOCK.update(state, moved, level, hand, DT)
+        state = block.update(state, moved, level, hand, rolled, DT)
         states.append(state)
     return states[30:]
 
@@ -43,6 +45,19 @@ def test_a_slide_is_found_at_the_finger_that_slides(finger: int, hand: float) ->
     # 50 ms of memory's 150 are gone, which leaves .85 of a millimetre; a hand that may have moved takes its part of it
     assert 0.0007 < slid[finger] < 0.001
     assert np.delete(slid, finger).max() < BLOCK.threshold
+
+
+def test_fingers_that_roll_around_an_axis_believed_askew_do_not_slide() -> None:
+    wary, fast, askew = replace(BLOCK, askew=0.02), 0.018 * 4.5 * DT, np.zeros(5)
+    # opposite fingers roll opposite ways around the handle: one seems to climb where the other seems to slide
+    askew[[TH, MF]] = np.radians([-2.0, 2.0]) * fast
+    moves = np.tile(askew, (20, 1))
+    assert max(state.slid[TH] for state in run(moves, rolled=fast)) > BLOCK.threshold
+    assert max(state.slid[TH] for state in run(moves, rolled=fast, block=wary)) < BLOCK.threshold
+    # a millimetre that one slides is found all the same, and at rest nothing is forgiven
+    slide = sliding(TH, 0.001, 3)
+    assert run(slide, rolled=fast, block=wary)[-1].slid[TH] > BLOCK.threshold
+    np.testing.assert_array_equal(run(slide, block=wary)[-1].slid, run(slide)[-1].slid)
 
 
 @pytest.mark.parametrize("hand", [SHARP, SHAKY])
@@ -73,7 +88,7 @@ def test_a_finger_that_creeps_or_goes_up_does_not_slide() -> None:
 def test_a_finger_that_has_just_touched_or_lets_go_is_not_looked_at() -> None:
     state = BLOCK.init()
     for _ in range(5):
-        state = BLOCK.update(state, sliding(TH, 0.005, 5)[0], PINCH, SHARP, DT)
+        state = BLOCK.update(state, sliding(TH, 0.005, 5)[0], PINCH, SHARP, 0.0, DT)
     assert state.slid.max() == 0.0
     assert run(sliding(TH, 0.005, 5), level=0.3 * PINCH)[-1].slid.max() == 0.0
 
@@ -98,7 +113,7 @@ def test_trust_falls_with_the_way_and_is_regained_slowly() -> None:
 def test_a_finger_that_is_not_to_be_trusted_less_keeps_all() -> None:
     state, deaf = BLOCK.init(), replace(BLOCK, lowered=1.0)
     for moved in (*np.zeros((30, 5)), *sliding(TH, 0.002, 5)):
-        state = deaf.update(state, moved, PINCH, SHARP, DT)
+        state = deaf.update(state, moved, PINCH, SHARP, 0.0, DT)
     assert state.slid[TH] > BLOCK.threshold
     assert (state.grip == 1.0).all()
 
@@ -112,10 +127,10 @@ def test_a_handle_that_turns_back_is_seen_and_all_its_fingers_are_doubted(ticks:
         state = BLOCK.seen(state, np.radians({1: 12.0, 3: 7.3}[ticks]), np.radians(2.0) ** 2, 0.018)
     assert state.slid[TH] == state.slid[MF] > 0.002
     assert state.slid[1] == 0.0
-    state = BLOCK.update(state, np.zeros(5), PINCH, SHARP, DT)
+    state = BLOCK.update(state, np.zeros(5), PINCH, SHARP, 0.0, DT)
     assert state.grip[TH] == state.grip[MF] == BLOCK.least
     for _ in range(100):
-        state = BLOCK.update(state, np.zeros(5), PINCH, SHARP, DT)
+        state = BLOCK.update(state, np.zeros(5), PINCH, SHARP, 0.0, DT)
     # what was seen is forgotten like any other way
     assert state.slid.max() < 1e-5
 
@@ -159,7 +174,7 @@ def test_a_finger_that_comes_to_the_handle_is_trusted_no_more_than_those_that_ho
     assert state.grip[TH] == 1.0
     np.testing.assert_array_equal(state.grip[[1, 3, 4]], state.grip[MF])
     pressing = np.array([4.0, 4.0, 4.0, 4.0, 0.0])
-    landed = BLOCK.update(state, np.zeros(5), pressing, SHARP, DT)
+    landed = BLOCK.update(state, np.zeros(5), pressing, SHARP, 0.0, DT)
     # what was learned goes on being forgotten at the same pace
     np.testing.assert_allclose(landed.grip[[1, 3]], landed.grip[MF], rtol=1e-12)
 
@@ -168,7 +183,7 @@ def test_friction_that_gave_way_is_not_trusted_again() -> None:
     learning = replace(BLOCK, again=0.8)
     state, slid_at = learning.init(), np.nan
     for moved in (*np.zeros((30, 5)), *sliding(TH, 0.0006, 5), *np.zeros((6000, 5))):
-        before, state = state.grip, learning.update(state, moved, PINCH, SHARP, DT)
+        before, state = state.grip, learning.update(state, moved, PINCH, SHARP, 0.0, DT)
         if state.grip[TH] < before[TH] - 0.1:
             slid_at = before[TH]
     # a minute, six times what regaining takes: .3 % are missing

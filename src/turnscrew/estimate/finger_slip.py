@@ -56,6 +56,7 @@ class FingerSlipState:
         held: (5,) for how long each has pressed [s].
         slid: (5,) way that each has slid down the handle lately, not below 0 [m].
         told: (5,) by how many thresholds each has been found to slide since it last held.
+        rolled: Way around the handle lately, forgotten likewise [m].
         g: The CUSUM of the handle's turning back.
         around: Way that the handle has been seen to have turned back under the fingers lately [m].
         grip: (5,) share of the friction counted with that each is trusted with, 0 to 1.
@@ -66,6 +67,7 @@ class FingerSlipState:
     held: Array
     slid: Array
     told: Array
+    rolled: float
     g: float
     around: float
     grip: Array
@@ -81,6 +83,9 @@ class FingerSlip:
         noise: sigma, of one finger's way [m]: .05 deg of noise at four joints 20 to 80 mm away, half of it smoothed
             away, is .05 mm; in runs it was found to be .03 to .05 mm.
         threshold: Way from which on a finger slides [m]: six times the noise of a difference of two.
+        askew: Share of the way around the handle that may seem a slide along it [rad]: what axis and joints are
+            believed askew by.  A roll of 2 rad/s turns 5 mm under a finger within `memory`, and a degree of that is a
+            quarter of the threshold.
         firm: Force from which on a finger holds [N], a third of the lightest squeeze: one that lets go may slide.
         fresh: Time for which a finger that has just begun to hold is not looked at [s]: its tip settles by .2 mm.
         shift: b, turn that the CUSUM looks for, in standard deviations: less takes more frames than a slip lasts.
@@ -96,6 +101,7 @@ class FingerSlip:
     memory: float = 0.15
     noise: float = 5e-5
     threshold: float = 4e-4
+    askew: float = 0.0
     firm: float = 1.5
     fresh: float = 0.1
     shift: float = 4.0
@@ -109,10 +115,10 @@ class FingerSlip:
     def init(self) -> FingerSlipState:
         """Nothing gripped, every finger trusted."""
         none = np.zeros(K)
-        return FingerSlipState(none, none, none, none, 0.0, 0.0, np.ones(K))
+        return FingerSlipState(none, none, none, none, 0.0, 0.0, 0.0, np.ones(K))
 
     def update(
-        self, state: FingerSlipState, moved: Array, level: Array, hand_sigma: float, dt: float
+        self, state: FingerSlipState, moved: Array, level: Array, hand_sigma: float, rolled: float, dt: float
     ) -> FingerSlipState:
         """Take in one tick.
 
@@ -120,19 +126,22 @@ class FingerSlip:
             state: Of the last tick.
             moved: (5,) how far each fingertip has moved up the handle since the last tick; see `tip_motion.astray` [m].
             level: (5,) force of each [N].
+            rolled: How far the handle has turned under the fingers since then, around it [m].
             hand_sigma: sigma_h, by how much the hand is read to have moved within `memory` and has not [m].
             dt: Time since the last tick [s].
         """
         keep = exp(-dt / self.memory)
         around = keep * state.around
+        path = keep * state.rolled + abs(rolled)
         way, held, slid = _slid(
-            state.way, state.held, moved, level, hand_sigma, around, self.firm, self.fresh, self.noise, keep, dt
-        )
+            state.way, state.held, moved, level, hand_sigma, around, self.askew * path, self.firm, self.fresh,
+            self.noise, keep, dt,
+        )  # fmt: skip
         told, grip, regained = _trusted(
             slid, held, state.told, state.grip, state.regained, self.threshold, exp(-dt / self.regain), self.lowered,
             self.least, self.again,
         )  # fmt: skip
-        return FingerSlipState(way, held, slid, told, state.g, around, grip, regained)
+        return FingerSlipState(way, held, slid, told, path, state.g, around, grip, regained)
 
     def seen(self, state: FingerSlipState, back: float, variance: float, radius: float) -> FingerSlipState:
         """Take in a camera frame.
@@ -156,11 +165,12 @@ class FingerSlip:
 
 @compiled
 def _slid(
-    way: Array, held: Array, moved: Array, level: Array, hand_sigma: float, around: float, firm: float, fresh: float,
-    noise: float, keep: float, dt: float,
+    way: Array, held: Array, moved: Array, level: Array, hand_sigma: float, around: float, askew: float, firm: float,
+    fresh: float, noise: float, keep: float, dt: float,
 ) -> tuple[Array, Array, Array]:  # fmt: skip
     """Ways (5,) of a tick later [m], times for which fingers have held [s], and ways slid [m].
 
+    Of a way, `askew` [m] is what fingers seem to climb or slide when they roll around an axis that is believed askew.
     A finger's own way is what is left of it when the hand's is taken off, as the others tell it.  A finger that joins
     others begins with what they say the hand is read wrong by.
     """
@@ -181,7 +191,7 @@ def _slid(
     for i in range(k):
         if times[i] > fresh:
             hand = moves / ((known - 1) * moves + noise**2) * (total - ways[i])
-            slid[i] = max(hand - ways[i], 0.0) if known > 1 else 0.0
+            slid[i] = max(hand - ways[i] - askew, 0.0) if known > 1 else 0.0
             slid[i] = max(slid[i], around)
     return ways, times, slid
 

@@ -98,8 +98,9 @@ class Slips:
         moved = astray(before, after, tip_W, f.p_WT, dtheta, dp)
         # of a reading now and one a memory ago
         S = 2.0 * f.P[HAND, HAND] * (1.0 - exp(-self.fingers.memory / arm_time))
-        fingers = self.fingers.update(state.fingers, moved @ axis, level, sqrt(float(axis @ S @ axis)), dt)
-        motion = self.motion.update(state.motion, after, tip_W, f_F, moved, radius * turned, f.p_WT, f.R_WT, S, dt)
+        rolled, sigma = radius * turned, sqrt(float(axis @ S @ axis))
+        fingers = self.fingers.update(state.fingers, moved @ axis, level, sigma, rolled, dt)
+        motion = self.motion.update(state.motion, after, tip_W, f_F, moved, rolled, f.p_WT, f.R_WT, S, dt)
         return changed(state, fingers=fingers, motion=motion, turned=turned)
 
     def turned(self, state: SlipsState, f: FilterState, seen: Seen, radius: float) -> SlipsState:
