@@ -160,6 +160,11 @@ class Goal:
         V_palm: (6,) twist in W, linear first, at which the arm moves the palm [m/s, rad/s].
         action: What is being done about trouble, in a word; empty while the gait goes on by itself.
         recoveries: How often something has been done about trouble until now.
+        tip_free: Whether the tip is taken to be out of its drive: the fingers then move the tool as `V_tool` says.
+        V_tool: (6,) twist of the tool in W at the tip, linear first, while the tip is free [m/s, rad/s].
+        theta: Angle at which the screw is taken to stand meanwhile [rad].
+        tip_moves: Whether the tool may move in the fingers in ways that they do not tell, meanwhile.
+        locked: Whether the fingers keep posture and squeeze meanwhile: what they give then tells what pushes the tip.
     """
 
     phase: str
@@ -176,6 +181,11 @@ class Goal:
     V_palm: Array
     action: str = ""
     recoveries: int = 0
+    tip_free: bool = False
+    V_tool: Array = field(default_factory=lambda: np.zeros(6))
+    theta: float = 0.0
+    tip_moves: bool = False
+    locked: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,13 +14,16 @@ from turnscrew.decide.gait import Gait
 from turnscrew.decide.gait_state import FF_RF, TH_MF, Phase
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plans import plan_for
-from turnscrew.decide.recovery import POLICY, Action, Decider, DeciderState
+from turnscrew.decide.recovery import BEFORE, POLICY, Action, Decider, DeciderState
 from turnscrew.robot.joints import FINGERS
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import FREE, GRIP, REACH, Estimate, Fault, FaultKind, Goal
+from turnscrew.task.scenario import load
+from turnscrew.task.wiring import build_reseat
 
 PLAN = plan_for(0.018)
-DECIDER = Decider(Gait(PLAN, Placing(RobotModel(), PLAN), speed=1.0))
+GAIT = Gait(PLAN, Placing(RobotModel(), PLAN), speed=1.0)
+DECIDER = Decider(GAIT, build_reseat(load(None, [], 0), GAIT))
 DT = 0.01
 NOBODY = np.zeros(5, dtype=bool)
 TH, FF, MF, RF, LF = range(len(FINGERS))
@@ -182,8 +185,23 @@ def test_the_documentation_prints_the_table() -> None:
 
 
 def test_who_stops_for_a_lost_tip_presses_on_nothing() -> None:
-    state, goals = for_a_while(into(Phase.ROLL), 0.1, trouble(FaultKind.CAM_OUT))
+    state, goal = replace(DECIDER, reseat=None).update(into(Phase.ROLL), standing(), trouble(FaultKind.CAM_OUT), DT)
     assert state.action is Action.STOP
-    assert goals[-1].tip_force == 0.0
+    assert goal.tip_force == 0.0
     _, others = for_a_while(into(Phase.ROLL), 0.1, trouble(FaultKind.TIP_SLIP))
     assert others[-1].tip_force == DECIDER.gait.tip_force
+
+
+def test_a_lost_tip_is_searched_for_from_where_it_was_last_sure_to_be_in() -> None:
+    state = into(Phase.ROLL)
+    for tick in range(20):
+        # the signal rises a while after the loss, and the tool turns on without the screw
+        known = replace(standing(), theta=1.0 + 0.02 * tick, tip_out=0.1 * (tick > 10) * (tick - 7))
+        state, _ = DECIDER.update(state, known, (), DT)
+    state, goal = DECIDER.update(state, known, trouble(FaultKind.CAM_OUT), DT)
+    assert state.action is Action.RESEAT
+    assert state.reseat is not None
+    assert state.reseat.theta_lost == pytest.approx(1.0 + 0.02 * (10 - BEFORE + 1))
+    assert goal.tip_free
+    assert goal.tip_force == 0.0
+    assert goal.phase.startswith("reseat")

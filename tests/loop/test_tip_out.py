@@ -1,10 +1,14 @@
-"""The tip is knocked out of its drive: named within half a second, and nobody presses on nothing any more."""
+"""The tip is knocked out of its drive: named within half a second, and nobody presses on nothing any more.
+
+By positions it is then searched for, which takes longer than here; with torques the run ends.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from turnscrew.decide.recovery import Action
 from turnscrew.signals import FaultKind
 from turnscrew.study.disturbances.knock_out import KnockOut
 from turnscrew.task.fasten import Run
@@ -12,7 +16,7 @@ from turnscrew.task.scenario import load
 
 
 @pytest.mark.parametrize(("actuation", "seed"), [("position", 777031), ("torque", 777032)])
-def test_a_lost_tip_is_named_soon_and_ends_the_run(actuation: str, seed: int) -> None:
+def test_a_lost_tip_is_named_soon_and_nothing_presses_any_more(actuation: str, seed: int) -> None:
     run = Run.begin(load(None, [f"robot.actuation={actuation}"], seed))
     knock = KnockOut(run.cell, 1.2, 2.0, run.scenario.screw.slot_depth)
     ticks = []
@@ -27,8 +31,13 @@ def test_a_lost_tip_is_named_soon_and_ends_the_run(actuation: str, seed: int) ->
     assert named
     # frames come 33 ms late; what a loss leaves is seen in a third of a second (docs/trials.md)
     assert knock.out < named[0].time < knock.out + 0.6
-    assert ticks[-1].over is not None
-    assert ticks[-1].over.kind is FaultKind.CAM_OUT
+    over = ticks[-1].over
+    if actuation == "position":
+        assert over is None
+        assert ticks[-1].goal.action == Action.RESEAT
+    else:
+        assert over is not None
+        assert over.kind is FaultKind.CAM_OUT
     assert ticks[-1].goal.tip_force == 0.0
     assert ticks[-1].goal.turn_rate == 0.0
     before = [tick.estimate.tip_out for tick in ticks if tick.estimate.time < 1.2]

@@ -12,9 +12,9 @@ import pytest
 from rich.console import Console
 
 from turnscrew.errors import ScenarioError
-from turnscrew.estimate.estimator import Reference
 from turnscrew.estimate.pose_problem import PoseFrame, PoseProblem, Tolerances
 from turnscrew.estimate.pose_solution import SLACK, Answer, Multipliers, PoseSolution, Residuals
+from turnscrew.estimate.reference import Reference
 from turnscrew.geometry.rotations import matrix_from_quaternion
 from turnscrew.show.solver_report import report
 from turnscrew.study.recording import read

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp
 
 import numpy as np
@@ -25,10 +25,12 @@ class Squeezing:
     Attributes:
         missing: (2,) integral of each pair's missing squeeze [N], one for each of `PAIRS`.
         factor: Squeeze over the one without load.
+        f_T: (5, 3) last forces, in T [N], which fingers that are locked keep to.
     """
 
     missing: Array
     factor: float = 1.0
+    f_T: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,8 @@ class Distribution:
         if len(held) == 0:
             return self.init(), none
         R = estimate.R_WT
+        if goal.locked and state.f_T is not None:
+            return state, replace(none, f_W=state.f_T @ R.T)
         grip = grasp(estimate.c_W[held], estimate.p_WT, share=goal.share[held])
         shared = grip.distribute(np.concatenate([R @ F_hd[:3], R @ F_hd[3:]]))
         normals = estimate.n_W[held]
@@ -99,7 +103,7 @@ class Distribution:
         f_W = none.f_W
         f_W[held] = asked + grip.internal(-self._correction(missing, goal)[held][:, None] * normals)
         lost = np.concatenate([R.T @ shared.lost[:3], R.T @ shared.lost[3:]])
-        return Squeezing(missing, factor), WantedForces(f_W, lost, none.margin, none.limited)
+        return Squeezing(missing, factor, f_W @ R), WantedForces(f_W, lost, none.margin, none.limited)
 
     def _squeeze(
         self, goal: Goal, grip: Grasp, carried: Array, n_W: Array, held: Rows, trusted: float, lasting: float

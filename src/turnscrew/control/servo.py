@@ -12,6 +12,7 @@ from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.compiled import compiled
 from turnscrew.geometry.euler import body_rate_matrix, body_rate_matrix_derivative, euler_from_matrix, euler_rates
 from turnscrew.signals import Estimate, Goal
+from turnscrew.values import changed
 
 TurningGains: TypeAlias = tuple[float, float, float, float, float]
 """kp, kv, ki, and the limits of the yaw's error and of the integral."""
@@ -108,6 +109,8 @@ class HybridServo:
         Paper: (8)-(11).  Departures: (10) in its exact form (`d/dt(R^T T) gammadot` for `Lambda-dot xdot`), and the
             yaw error is measured to a target that waits when the tool falls behind by more than `yaw_limit`.
         """
+        if goal.tip_free:
+            return self._carry(state, goal, estimate)
         age = state.age + dt
         ease = 1.0 if age >= self.ease else age / self.ease
         tool, lead = self.tool, self.pitch / (2 * np.pi)
@@ -117,6 +120,18 @@ class HybridServo:
             tool.mass, tool.com, tool.M,
         )  # fmt: skip
         return ServoState(yaw_d, integral, force_integral, gammadot, alpha, age), nu_d, F_hd
+
+    def _carry(self, state: ServoState, goal: Goal, estimate: Estimate) -> tuple[ServoState, Array, Array]:
+        """A tool whose tip is free goes with the goal's twist: nothing is integrated, and the hand bears its weight.
+
+        What the tip is to be pressed with is added: the hand's wrench is the tool's weight less `tip_force` along z.
+        """
+        R, tool = estimate.R_WT, self.tool
+        nu_d = np.concatenate([R.T @ goal.V_tool[:3], R.T @ goal.V_tool[3:]])
+        F_hd = tool_wrench(tool.mass, tool.com, tool.M, R, np.zeros(6), np.zeros(6))
+        F_hd[2] -= goal.tip_force
+        rested = changed(self.init(estimate), age=state.age)
+        return rested, nu_d, F_hd
 
 
 def torque_servo(tool: ToolInertia, pitch: float, frequency: float = 32.0, damping: float = 1.0) -> HybridServo:

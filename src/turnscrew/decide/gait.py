@@ -160,7 +160,9 @@ class Gait:
         return changed(state, phase=Phase.CATCH, clock=0.0, gripping=gripping, q_target=away)
 
     def _counted(self, state: GaitState, theta: float) -> GaitState:
-        """The state after a round, if it was one."""
+        """The state after a round, if it was one: without a roll it was a hand-over alone."""
+        if state.rolled == 0.0:
+            return state
         if theta - state.theta < self.least_turn:
             return changed(state, theta=theta, cycle=state.cycle + 1, vain=state.vain + 1)
         return changed(state, theta=theta, cycle=state.cycle + 1, vain=0, round=state.round + 1)

@@ -57,7 +57,7 @@ class Placing:
             (28,) joint angles: the fingers' from inverse kinematics, all others as planned [rad].
         """
         planned = self.robot.fingertips(q_plan)
-        A = _between(self.plan.R_WT[:, 2], estimate.R_WT[:, 2])
+        A = between(self.plan.R_WT[:, 2], estimate.R_WT[:, 2])
         axis = estimate.R_WT[:, 2]
         q = q_plan.copy()
         q[:6] = estimate.q[:6]
@@ -167,7 +167,7 @@ def carried_palm(robot: RobotModel, plan: GaitPlan, p_WT: Array, axis: Array) ->
         p_WH (3,) [m] and R_WH (3, 3) of the palm.
     """
     p_WH, R_WH = robot.palm(plan.rolling(0.0))
-    A = _between(plan.R_WT[:, 2], axis)
+    A = between(plan.R_WT[:, 2], axis)
     return p_WT + A @ (p_WH - plan.p_WS), A @ R_WH
 
 
@@ -177,7 +177,7 @@ def knuckle_way(error: Array) -> float:
     return float(np.sqrt(error[:3] @ error[:3] + turn @ turn))
 
 
-def _between(a: Array, b: Array) -> Array:
+def between(a: Array, b: Array) -> Array:
     """Smallest rotation (3, 3) that takes unit vector a to unit vector b, for less than half a turn."""
     axis = np.cross(a, b)
     K = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])

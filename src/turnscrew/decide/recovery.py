@@ -14,6 +14,9 @@ import numpy as np
 
 from turnscrew.decide.gait import Gait
 from turnscrew.decide.gait_state import GaitState, Phase
+from turnscrew.decide.reseat import Reseat
+from turnscrew.decide.reseat_state import ReseatState, Step
+from turnscrew.decide.reseat_walk import handed_over
 from turnscrew.signals import Estimate, Fault, FaultKind, Goal
 from turnscrew.values import changed
 
@@ -29,9 +32,17 @@ class Action(StrEnum):
     """Thumb and middle finger go back a little, and aim anew at where the handle is believed to be now."""
     BACK = "turn back"
     """Thumb and middle finger turn the handle back a little, out of the way of the others."""
+    RESEAT = "reseat"
+    """Gather all four fingers on the handle, and search for the drive with the tip until it sits in it again."""
     STOP = "stop"
     """Hold the tool still as it is held, and end the run."""
 
+
+DOUBT = 0.3
+"""Signal of a tip that has left its drive up to which it is taken to be in it: mostly it stays below while it is."""
+
+BEFORE = 7
+"""Ticks by which that signal lags behind the loss: a frame and its latency."""
 
 ROLLING_PAIR = (Phase.SETTLE, Phase.ROLL, Phase.ADD)
 
@@ -39,6 +50,7 @@ POLICY: Mapping[FaultKind, Mapping[Phase, Action]] = MappingProxyType(
     {
         FaultKind.VISION_LOST: dict.fromkeys(Phase, Action.WAIT),
         FaultKind.CONTACT_LOST: dict.fromkeys(ROLLING_PAIR, Action.CATCH),
+        FaultKind.CAM_OUT: dict.fromkeys(Phase, Action.RESEAT),
         FaultKind.STALLED: {Phase.ADD: Action.BACK, Phase.RETURN: Action.AIM},
     }
 )
@@ -74,7 +86,9 @@ class DeciderState:
         action: What is being done; None while the gait goes on by itself.
         clock: Since that began [s].
         made: All that was done, in its order.
-        fault: What the run is being stopped for.
+        fault: What the run is being stopped for, or is if the search for the drive comes to nothing.
+        reseat: Of the last search for the drive.
+        sure: Angles of the screw [rad] in the last ticks in which its tip was taken to be in it.
     """
 
     gait: GaitState
@@ -83,6 +97,8 @@ class DeciderState:
     clock: float = 0.0
     made: tuple[Recovery, ...] = ()
     fault: Fault | None = None
+    reseat: ReseatState | None = None
+    sure: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -91,12 +107,14 @@ class Decider:
 
     Attributes:
         gait: The gait.
+        reseat: Searches for a drive that the tip has left; None where that ends the run.
         tries: How often the same trouble is answered between two rounds: a third time it would hardly go otherwise.
         patience: Longest time that is waited [s].
         stop: Time for which a run that ends holds the tool still [s]: a hand comes to rest in a fifth of it.
     """
 
     gait: Gait
+    reseat: Reseat | None = None
     tries: int = 2
     patience: float = 30.0
     stop: float = 0.5
@@ -122,12 +140,16 @@ class Decider:
         """
         fault = next((fault for fault in faults if fault.ends), None)
         state = changed(state, clock=state.clock + dt)
+        if estimate.tip_out < DOUBT:
+            state = changed(state, sure=(*state.sure, estimate.theta)[-BEFORE:])
         if fault is not None:
             state = self._answer(state, fault, estimate)
         elif state.action is Action.WAIT:
             state = changed(state, action=None)
         if state.action is Action.STOP and state.goal is not None:
             return state, state.goal
+        if state.action is Action.RESEAT and self.reseat is not None and state.reseat is not None:
+            return self._reseated(state, *self.reseat.update(state.reseat, estimate, dt), estimate)
         gait, goal = self.gait.update(state.gait, estimate, dt, still=state.action is Action.WAIT)
         if state.action in (Action.CATCH, Action.AIM, Action.BACK) and gait.phase is not state.gait.phase:
             state = changed(state, action=None)
@@ -137,9 +159,14 @@ class Decider:
     def _answer(self, state: DeciderState, fault: Fault, estimate: Estimate) -> DeciderState:
         """Begins what is to be done about a fault, unless that is being done."""
         phase = state.gait.phase
+        if state.action is Action.RESEAT and fault.kind is FaultKind.CAM_OUT:
+            return state
         action = Action.STOP if fault.hopeless else POLICY.get(fault.kind, {}).get(phase, Action.STOP)
         if state.action is Action.STOP or (action is state.action is Action.WAIT and state.clock < self.patience):
             return state
+        if state.action is Action.RESEAT or (action is Action.RESEAT and self.reseat is None):
+            # something else has gone wrong in a search, or there is nobody who searches
+            action = Action.STOP
         if action is not Action.WAIT and self._tried(state, fault.kind) >= self.tries:
             action = Action.STOP
         elif action is state.action is Action.WAIT:
@@ -151,6 +178,10 @@ class Decider:
                 # there is nothing to press on, and what presses on nothing swings away
                 goal = changed(goal, tip_force=0.0)
             return changed(state, action=action, clock=0.0, fault=fault, goal=goal)
+        if action is Action.RESEAT and self.reseat is not None:
+            made = (*state.made, Recovery(fault.time, fault.kind, phase, state.gait.cycle, action))
+            reseat = self.reseat.init(state.gait, estimate, state.sure[0] if state.sure else estimate.theta)
+            return changed(state, action=action, clock=0.0, made=made, reseat=reseat, fault=fault)
         gait = {
             Action.WAIT: lambda: state.gait,
             Action.CATCH: lambda: self.gait.catching(state.gait, estimate),
@@ -159,6 +190,20 @@ class Decider:
         }[action]()
         made = (*state.made, Recovery(fault.time, fault.kind, phase, state.gait.cycle, action))
         return changed(state, gait=gait, action=action, clock=0.0, made=made)
+
+    def _reseated(
+        self, state: DeciderState, reseat: ReseatState, goal: Goal, estimate: Estimate
+    ) -> tuple[DeciderState, Goal]:
+        """The state after a tick of the search for the drive, which may have ended."""
+        goal = changed(goal, action=str(state.action), recoveries=len(state.made), round=state.gait.round)
+        state = changed(state, reseat=reseat, goal=goal)
+        if reseat.step is Step.DONE:
+            # a round begins anew, with a hand-over from four fingers
+            gait = changed(handed_over(self.gait, state.gait, Phase.SUPPORT), theta=estimate.theta)
+            state = changed(state, action=None, fault=None, gait=gait)
+        elif reseat.step is Step.FAILED:
+            state = changed(state, action=Action.STOP, clock=0.0, goal=stilled(goal))
+        return state, goal
 
     def _tried(self, state: DeciderState, kind: FaultKind) -> int:
         """How often this trouble has been answered since the last round ended."""
@@ -170,5 +215,10 @@ def stilled(goal: Goal | None) -> Goal | None:
     if goal is None:
         return None
     return changed(
-        goal, turn_rate=0.0, approach=np.zeros_like(goal.approach), V_palm=np.zeros(6), action=str(Action.STOP)
+        goal,
+        turn_rate=0.0,
+        approach=np.zeros_like(goal.approach),
+        V_palm=np.zeros(6),
+        V_tool=np.zeros(6),
+        action=str(Action.STOP),
     )

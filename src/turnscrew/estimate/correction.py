@@ -101,6 +101,7 @@ class Corrector:
         touching: Flags,
         force: Array,
         refused: int,
+        tip_free: bool = False,
     ) -> Correction:
         """Correct.
 
@@ -113,21 +114,25 @@ class Corrector:
             touching: (5,) flags.
             force: (5,) forces of the fingertips [N].
             refused: Frames refused in a row so far.
+            tip_free: Whether the tip is known to be out of its drive, of which it tells nothing then.
         """
         f = self.filter
         if seen is not None and f.common > 0.0:
             state = f.lasting(state, seen.P)
-        rows = f.tip_rows(state, p_WS)
-        if seen is not None:
-            rows = stacked(f.vision_rows(state, seen), rows)
-        state, verdict = f.update(state, rows)
-        vision = None if seen is None else verdict.accepted[0]
+        blocks = ([] if seen is None else [f.vision_rows(state, seen)]) + (
+            [] if tip_free else [f.tip_rows(state, p_WS)]
+        )
+        accepted: tuple[bool, ...] = ()
+        if blocks:
+            state, verdict = f.update(state, blocks[0] if len(blocks) == 1 else stacked(*blocks))
+            accepted = verdict.accepted
+        vision = None if seen is None else accepted[0]
         refused = refused if vision is None else 0 if vision else refused + 1
         restarted = seen is not None and refused >= PATIENCE
         if restarted and seen is not None:
             state, refused = self._restart(state, seen), 0
         state, held, steps = self._contacts(state, tips, capsules, touching, force)
-        return Correction(state, vision, verdict.accepted[-1], held, refused, restarted, steps)
+        return Correction(state, vision, not tip_free and accepted[-1], held, refused, restarted, steps)
 
     def _contacts(
         self, state: FilterState, tips: Fingertips, capsules: tuple[Capsule, ...], touching: Flags, force: Array

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from enum import StrEnum
 from time import thread_time
 from typing import TYPE_CHECKING
 
@@ -27,12 +26,14 @@ from turnscrew.estimate.driven_force import DrivenForce, DrivenState
 from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.estimate.filter_state import FilterState, Prior, pose_covariance
 from turnscrew.estimate.finger_force import FingerForceState, ForceFromTorque
+from turnscrew.estimate.free_tip import HELD, Free, FreeTip, Hold, seated_angle
 from turnscrew.estimate.handle_contacts import HandleContacts, capsules_of, handle_contacts
 from turnscrew.estimate.hung_force import HungForce
 from turnscrew.estimate.joint_smoothing import JointSmoother, JointState
 from turnscrew.estimate.odometry import RollingOdometry
-from turnscrew.estimate.pose_refine import PoseRefiner, Refinement
+from turnscrew.estimate.pose_refine import PoseRefiner
 from turnscrew.estimate.readings import filled
+from turnscrew.estimate.reference import FILTERED, NO_CONTACT, NO_DATA, SOLVED, Reference
 from turnscrew.estimate.refine_step import refine
 from turnscrew.estimate.screw_angle import ScrewAngle
 from turnscrew.estimate.slips import Slips
@@ -51,27 +52,8 @@ from turnscrew.values import changed
 if TYPE_CHECKING:
     from turnscrew.robot.model import Fingertips
 
-NO_CONTACT = "no contact"
-"""Status while no frame has been refined, or the last had no fingertip in contact: III-A has nothing to work with."""
-
 REACH = len(ARM) + len(WRIST)
 """Joints that move all fingertips alike: the first of the joint vector."""
-
-FILTERED = "filter"
-"""Status where no III-A is wanted: the filter's pose is handed on as it is."""
-
-NO_DATA = Pose(np.full(3, np.nan), np.full((3, 3), np.nan))
-
-
-SOLVED = (Refinement.WARM.value, Refinement.COLD.value)
-"""Statuses of a frame solved within the boxes of (1)-(5)."""
-
-
-class Reference(StrEnum):
-    """Which orientation is rbar of (6): the filter's, which has heard all frames, or the camera's, as in the paper."""
-
-    FILTER = "filter"
-    CAMERA = "camera"
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +81,7 @@ class ToolEstimator:
         angle: Slot play.
         slips: Detectors of fingers that slide, and of slips of the tip.
         out: Detector of a tip that has left its drive.
+        free_tip: Carries a tool whose tip is out; None where a lost tip ends the run.
         memory: How far back odometry is kept for frames that come late [s]; later ones are refused.
         correction_period: Longest time without a correction when no frame comes [s]: two periods of the camera.
         rate_time: Time constant of the tool's angular velocity [s]: encoder noise of .05 deg makes .15 deg of yaw,
@@ -123,6 +106,7 @@ class ToolEstimator:
     angle: ScrewAngle = field(default_factory=ScrewAngle)
     slips: Slips = field(default_factory=Slips)
     out: TipOut = field(default_factory=TipOut)
+    free_tip: FreeTip | None = None
     memory: float = 0.1
     correction_period: float = 2.0 / 30.0
     rate_time: float = 0.05
@@ -164,10 +148,11 @@ class ToolEstimator:
             wrench=self.wrench.init(),
             slips=self.slips.init(),
             out=self.out.init(),
+            start=yaw(R_WT),
         )
 
     def update(
-        self, state: EstimatorState, measurement: Measurement, motion: Array, dt: float
+        self, state: EstimatorState, measurement: Measurement, motion: Array, dt: float, free: Free = HELD
     ) -> tuple[EstimatorState, Estimate]:
         """One tick.
 
@@ -176,17 +161,22 @@ class ToolEstimator:
             measurement: Now.
             motion: (28,) by how much the joints were told to move since the last tick [rad].
             dt: Time since then [s].
+            free: Whether the tip is out of its drive, and where the screw stands then.
 
         Returns:
             The new state and the estimate.
         """
+        if self.free_tip is not None and free.tip != state.free.tip:
+            state = self._changed_over(self.free_tip, state, free.tip)
+        state = changed(state, free=free)
         read = filled(measurement, state.read)
         joints, q, v = self.joints.update(state.joints, read.q, read.v, motion, dt)
         measurement = changed(read, q=q, v=v)
         state, rolled = self._predict(state, read, joints, measurement, dt)
-        pressed = float(state.wrench.axial.x[0])
-        driven, out = self._driven(state, measurement, dt), self.out.felt(state.out, pressed, measurement.time, dt)
-        state = changed(state, driven=driven, out=out)
+        state = changed(state, driven=self._driven(state, measurement, dt))
+        if not free.tip:
+            pressed = float(state.wrench.axial.x[0])
+            state = changed(state, out=self.out.felt(state.out, pressed, measurement.time, dt))
         if measurement.vision is not None or state.since_correction >= self.correction_period:
             state = self._correct(state, measurement)
         return self._conclude(state, measurement, rolled, dt)
@@ -208,39 +198,60 @@ class ToolEstimator:
         hung, near = self.hung.update(state.hung, read, dt), state.contacts
         f_F = self.hung.believed(hung, f_F, tips.R_WF, near.gap, near.n_W, f.R_WT[:, 2])
         touch = self.touch.update(state.touch, f_F, tips.R_WF, dt)
-        weight = touch.level * touch.touching
-        rolled = self.odometry.increment(state.tips, tips, state.contacts.tip_W, weight, f.p_WT, f.R_WT)
-        rolled = rolled.slowed(f.slide, f.R_WT[:, 2])
-        dtheta = rolled.dtheta
-        spin = float(f.R_WT[:, 2] @ dtheta)
-        # The tip follows the screw along its thread.
-        dp = self.wrench.advance(spin) * f.R_WT[:, 2]
-        omega_T = state.omega_T + dt / (self.rate_time + dt) * (f.R_WT.T @ dtheta / dt - state.omega_T)
-        slips = self.slips.rolled(
-            state.slips, f, state.tips, tips, near.tip_W, f_F, weight, dtheta, dp, self.filter.arm_time,
-            self._radius(f), dt,
-        )  # fmt: skip
-        reach = tips.J[FINGERS.index("MF"), :3, :REACH]
-        f = self.filter.predict(f, rolled, dp, float(omega_T[2]), reach, int(touch.touching.sum()) >= 2, dt)
+        state = changed(state, gauged=gauged, f_F=f_F, hung=hung, touch=touch)
+        if state.free.tip and self.free_tip is not None:
+            state, dtheta, dp = self._carry(self.free_tip, state, measurement, tips, dt)
+        else:
+            state, dtheta, dp = self._roll(state, tips, dt)
         moved = changed(
             state,
             read=read,
             joints=joints,
-            filter=f,
-            gauged=gauged,
-            f_F=f_F,
-            hung=hung,
-            touch=touch,
             tips=tips,
-            contacts=self._contacts(f, tips, state.capsules),
+            contacts=self._contacts(state.filter, tips, state.capsules),
             trail=state.trail.extended(measurement.time, dtheta, dp),
             since_correction=state.since_correction + dt,
             seen=state.seen.moved(dtheta, dp),
             polished=state.polished.moved(dtheta, dp),
-            omega_T=omega_T,
-            slips=slips,
         )
-        return moved, spin
+        return moved, float(f.R_WT[:, 2] @ dtheta)
+
+    def _roll(self, state: EstimatorState, tips: Fingertips, dt: float) -> tuple[EstimatorState, Array, Array]:
+        """Filter and slips moved on with a tool that turns about its tip; its rotation vector and the tip's way."""
+        f, near, touch = state.filter, state.contacts, state.touch
+        weight = touch.level * touch.touching
+        rolled = self.odometry.increment(state.tips, tips, near.tip_W, weight, f.p_WT, f.R_WT)
+        rolled = rolled.slowed(f.slide, f.R_WT[:, 2])
+        dtheta = rolled.dtheta
+        # The tip follows the screw along its thread.
+        dp = self.wrench.advance(float(f.R_WT[:, 2] @ dtheta)) * f.R_WT[:, 2]
+        omega_T = state.omega_T + dt / (self.rate_time + dt) * (f.R_WT.T @ dtheta / dt - state.omega_T)
+        slips = self.slips.rolled(
+            state.slips, f, state.tips, tips, near.tip_W, state.f_F, weight, dtheta, dp, self.filter.arm_time,
+            self._radius(f), dt,
+        )  # fmt: skip
+        reach = tips.J[FINGERS.index("MF"), :3, :REACH]
+        f = self.filter.predict(f, rolled, dp, float(omega_T[2]), reach, int(touch.touching.sum()) >= 2, dt)
+        return changed(state, filter=f, omega_T=omega_T, slips=slips), dtheta, dp
+
+    def _carry(
+        self, free_tip: FreeTip, state: EstimatorState, measurement: Measurement, tips: Fingertips, dt: float
+    ) -> tuple[EstimatorState, Array, Array]:
+        """The same for a tool whose tip is out of its drive, and which goes with the hand."""
+        f, touch = state.filter, state.touch
+        hold = Hold((state.tips, tips), state.contacts.tip_W, touch.level * touch.touching)
+        palm, dp, dtheta = free_tip.carry(state.carrier, measurement.q, hold, f.p_WT)
+        reach, gripped = tips.J[FINGERS.index("MF"), :3, :REACH], int(touch.touching.sum()) >= 2
+        f = free_tip.predict(self.filter, f, (dp, dtheta), reach, gripped, state.free.moves, dt)
+        return changed(state, filter=f, carrier=palm, omega_T=np.zeros(3)), dtheta, dp
+
+    def _changed_over(self, free_tip: FreeTip, state: EstimatorState, out: bool) -> EstimatorState:
+        """The tip has left its drive, or is in it again and in another grasp than the one that slips are told by."""
+        if out:
+            known = free_tip.freed(state.filter)
+            return changed(state, filter=known, carrier=None, status=NO_CONTACT, refined=None, out=self.out.init())
+        angle = seated_angle(state.angle, yaw(state.filter.R_WT), state.start)
+        return changed(state, angle=angle, slips=self.slips.init())
 
     def _forces(
         self, state: EstimatorState, measurement: Measurement, tips: Fingertips, dt: float
@@ -276,12 +287,14 @@ class ToolEstimator:
         """The filter's correction, then III-A at what it gave."""
         frame = measurement.vision
         seen = None if frame is None else state.trail.to_now(frame)
+        # of slips of the tip, and of its loss, frames tell only while it is in its drive
+        told = None if state.free.tip else seen
         said = self._screw(state.angle.theta)
         corrector = Corrector(self.handle, self.filter, self.prior)
         refused = state.correction.refused if state.correction is not None else 0
         touch, began = state.touch, thread_time()
         done = corrector.apply(
-            state.filter, seen, said, state.tips, state.capsules, touch.pressing, touch.level, refused
+            state.filter, seen, said, state.tips, state.capsules, touch.pressing, touch.level, refused, state.free.tip
         )
         took, radius = thread_time() - began, self._radius(state.filter)
         tips = self.fingertips(measurement.q - done.state.joint_offset())
@@ -291,8 +304,8 @@ class ToolEstimator:
             correction=done,
             correction_time=took,
             since_correction=0.0,
-            slips=state.slips if seen is None else self.slips.turned(state.slips, state.filter, seen, radius),
-            out=state.out if seen is None else self.out.seen(state.out, state.filter, seen, self.filter.common),
+            slips=state.slips if told is None else self.slips.turned(state.slips, state.filter, told, radius),
+            out=state.out if told is None else self.out.seen(state.out, state.filter, told, self.filter.common),
             tips=tips,
             contacts=self._contacts(done.state, tips, state.capsules),
             seen=state.seen if seen is None else seen.pose,
@@ -300,9 +313,9 @@ class ToolEstimator:
         )
         if self.refiner is None:
             return changed(state, status=FILTERED)
-        if seen is None:
+        if told is None:
             return state
-        return self._refine(self.refiner, state, said + done.state.b_W, seen.pose)
+        return self._refine(self.refiner, state, said + done.state.b_W, told.pose)
 
     def _refine(self, refiner: PoseRefiner, state: EstimatorState, p_WS: Array, seen: Pose) -> EstimatorState:
         """III-A with the fingers whose contact the filter believes."""
@@ -333,34 +346,47 @@ class ToolEstimator:
         self, state: EstimatorState, measurement: Measurement, rolled: float, dt: float
     ) -> tuple[EstimatorState, Estimate]:
         """Screw angle, tip wrench and message."""
-        f, contacts, touching = state.filter, state.contacts, state.touch.touching
-        R_WT, offset, radius = self._orientation(state), f.joint_offset(), self._radius(f)
+        f, contacts, R_WT = state.filter, state.contacts, self._orientation(state)
         nu = np.array([0.0, 0.0, self.wrench.advance(float(state.omega_T[2])), *state.omega_T.tolist()])
-        angle, f_W = self.angle.update(state.angle, yaw(f.R_WT), rolled, dt), self._pressing(state)
+        f_W = self._pressing(state)
         F_h, squeeze = contacts.load(f_W, f.p_WT, R_WT)
-        wrench, F_s = self.wrench.update(state.wrench, F_h, squeeze, radius, R_WT, nu, angle.theta, dt)
-        slips, tip_slip = self.slips.felt(state.slips, f, state.tips, contacts, state.f_F, measurement.vision, dt)
-        estimate = Estimate(
+        if state.free.tip:
+            angle, wrench, slips = changed(state.angle, theta=state.free.theta), state.wrench, state.slips
+            F_s, tip_slip = self.wrench.solve(F_h, R_WT, nu, 0.0)[0], 0.0
+        else:
+            angle = self.angle.update(state.angle, yaw(f.R_WT), rolled, dt)
+            wrench, F_s = self.wrench.update(state.wrench, F_h, squeeze, self._radius(f), R_WT, nu, angle.theta, dt)
+            slips, tip_slip = self.slips.felt(state.slips, f, state.tips, contacts, state.f_F, measurement.vision, dt)
+        state = changed(state, angle=angle, wrench=wrench, slips=slips)
+        return state, self._estimate(state, measurement, (R_WT, nu), f_W, F_s, tip_slip)
+
+    def _estimate(
+        self, state: EstimatorState, measurement: Measurement, pose: tuple[Array, Array], f_W: Array, F_s: Array,
+        slip: float,
+    ) -> Estimate:  # fmt: skip
+        """The message."""
+        f, near = state.filter, state.contacts
+        return Estimate(
             time=measurement.time,
-            q=measurement.q - offset,
+            q=measurement.q - f.joint_offset(),
             v=measurement.v,
-            offset=offset,
+            offset=f.joint_offset(),
             p_WT=f.p_WT,
-            R_WT=R_WT,
-            nu=nu,
-            radius=radius,
-            p_WS=self._screw(angle.theta) + f.b_W,
-            theta=angle.theta,
-            touching=touching,
+            R_WT=pose[0],
+            nu=pose[1],
+            radius=self._radius(f),
+            p_WS=self._screw(state.angle.theta) + f.b_W,
+            theta=state.angle.theta,
+            touching=state.touch.touching,
             f_W=f_W,
-            c_W=contacts.c_W,
-            n_W=contacts.n_W,
-            gap=contacts.gap,
+            c_W=near.c_W,
+            n_W=near.n_W,
+            gap=near.gap,
             F_s=F_s,
-            stiffness=self.wrench.thread.stiffness(wrench.thread),
-            tip_slip=tip_slip,
-            finger_slip=slips.fingers.slid,
-            grip=slips.fingers.grip,
+            stiffness=self.wrench.thread.stiffness(state.wrench.thread),
+            tip_slip=slip,
+            finger_slip=state.slips.fingers.slid,
+            grip=state.slips.fingers.grip,
             hung=self.hung.hung(state.hung),
             P=pose_covariance(f.P),
             frame=self._verdict(state, measurement),
@@ -371,4 +397,3 @@ class ToolEstimator:
             R_WT_refined=state.polished.R_WT,
             tip_out=self.out.signal(state.out),
         )
-        return changed(state, angle=angle, wrench=wrench, slips=slips), estimate

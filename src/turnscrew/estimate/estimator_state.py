@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from turnscrew.contact.carried import PalmPose
 from turnscrew.estimate.contacts import TouchState
 from turnscrew.estimate.correction import Correction
 from turnscrew.estimate.driven_force import DrivenState
 from turnscrew.estimate.filter_state import FilterState
 from turnscrew.estimate.finger_force import FingerForceState
+from turnscrew.estimate.free_tip import HELD, Free
 from turnscrew.estimate.handle_contacts import HandleContacts
 from turnscrew.estimate.hung_force import HungState
 from turnscrew.estimate.joint_smoothing import JointState
@@ -56,6 +58,9 @@ class EstimatorState:
         wrench: The tip wrench's filters.
         slips: Of the detectors of slips.
         out: Of the detector of a tip that has left its drive.
+        start: Yaw of the tool when the run began, which the slot had, too [rad].
+        free: Whether the tip is out.
+        carrier: The palm at the last tick with the tip out.
     """
 
     read: Measurement
@@ -82,3 +87,6 @@ class EstimatorState:
     wrench: WrenchState
     slips: SlipsState
     out: OutState
+    start: float
+    free: Free = HELD
+    carrier: PalmPose | None = None

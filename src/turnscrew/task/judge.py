@@ -136,6 +136,7 @@ class Judge:
     _gait_round: int = 0
     _theta: float = 0.0
     _in_drive: bool = True
+    _free: bool = False
 
     def watch(self, truth: Truth, tick: Tick) -> None:
         """One tick: the truth when the measurement was taken."""
@@ -147,6 +148,10 @@ class Judge:
             self.supported += self.dt * (int(truth.touching.sum()) >= 2)
         self._watch_fingers(truth)
         self._watch_errors(truth, tick)
+        if self._free and not tick.goal.tip_free:
+            # a round begins anew when the robot takes the tip to be back in its drive
+            self._theta, self._in_drive = truth.theta, truth.tip_in_drive
+        self._free = tick.goal.tip_free
         if tick.goal.round != self._gait_round:
             self._gait_round = tick.goal.round
             whole = self._in_drive and self.support_fraction > LEAST_SUPPORT

@@ -12,6 +12,7 @@ from turnscrew.control.controller import ControllerState
 from turnscrew.decide.recovery import DeciderState
 from turnscrew.estimate.between_ticks import JointTrack, TorqueTrack
 from turnscrew.estimate.estimator_state import EstimatorState
+from turnscrew.estimate.free_tip import HELD, Free
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.plant.cell import Cell
 from turnscrew.robot.coupling import DRIVEN_INDEX
@@ -116,7 +117,7 @@ class Loop:
             joints = blocks.between.read(joints, measurement.q, beat)
             tau_sent = None if state.driven is None else state.driven.tau
             known = changed(measurement, q=joints.q, v=joints.v, tau_sent=tau_sent)
-        estimator, estimate = blocks.estimator.update(state.estimator, known, state.sent, dt)
+        estimator, estimate = blocks.estimator.update(state.estimator, known, state.sent, dt, _free(state.last))
         if blocks.between is not None and joints is not None:
             estimate = blocks.between.refresh(joints, estimate, 0.0)
         decider, goal = blocks.decider.update(state.decider, estimate, state.faults, dt)
@@ -177,3 +178,8 @@ class Loop:
 
     def _sense(self, state: SensorState, plant: Cell) -> tuple[SensorState, Measurement]:
         return self.blocks.sensors.update(state, plant)
+
+
+def _free(last: tuple[Estimate, Goal] | None) -> Free:
+    """What the last goal says of the tip."""
+    return HELD if last is None else Free(last[1].tip_free, last[1].theta, last[1].tip_moves)

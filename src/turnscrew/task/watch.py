@@ -173,6 +173,9 @@ class Watch:
             return
         if state.unread > self.unread:
             yield FaultKind.DIVERGED, f"no number from {unread(measurement)} for {state.unread:.2f} s"
+        if goal.tip_free:
+            yield from self._carrying(state, measurement)
+            return
         if estimate.tip_out >= 1.0:
             away = float(np.linalg.norm(estimate.p_WT_seen - estimate.p_WS))
             yield FaultKind.CAM_OUT, f"the tip has left its drive: the last frame has it {away * 1e3:.0f} mm away"
@@ -191,6 +194,16 @@ class Watch:
         if state.unseen > (self.blind if state.seen else self.sightless):
             since = f"for {state.unseen:.1f} s" if state.seen else "since the start"
             yield FaultKind.VISION_LOST, f"no pose from the camera {since}{_because(measurement.blind)}"
+        if measurement.time > self.time_limit:
+            yield FaultKind.TIMEOUT, f"{measurement.time:.0f} s have passed"
+
+    def _carrying(self, state: WatchState, measurement: Measurement) -> Iterator[tuple[FaultKind, str]]:
+        """The same while a tool whose tip is out is brought back: what tip and tilt say counts for nothing then."""
+        if state.unheld > 4.0 * self.unheld:
+            yield FaultKind.TOOL_DROPPED, f"fewer than two fingertips touch since {state.unheld:.2f} s"
+        if state.unseen > self.unseen:
+            blind = _because(measurement.blind)
+            yield FaultKind.VISION_LOST, f"no pose from the camera for {state.unseen:.1f} s{blind}"
         if measurement.time > self.time_limit:
             yield FaultKind.TIMEOUT, f"{measurement.time:.0f} s have passed"
 

@@ -15,24 +15,31 @@ from turnscrew.control.controller import Controller
 from turnscrew.control.distribution import Distribution
 from turnscrew.control.optimal_distribution import OptimalDistribution
 from turnscrew.control.servo import HybridServo, torque_servo
+from turnscrew.decide.felt_force import FeltForce
 from turnscrew.decide.gait import Gait
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plan import GaitPlan
 from turnscrew.decide.recovery import Decider
+from turnscrew.decide.reseat import Reseat
+from turnscrew.decide.reseat_gather import Gathering
+from turnscrew.decide.reseat_search import Search
+from turnscrew.decide.reseat_walk import AirWalk
 from turnscrew.decide.stroke_budget import LEAST, StrokeBudget, pinch_torque
 from turnscrew.estimate.between_ticks import BetweenTicks
 from turnscrew.estimate.blade_play import BladePlay
 from turnscrew.estimate.contacts import TouchDetector
 from turnscrew.estimate.driven_force import DrivenForce
-from turnscrew.estimate.estimator import Reference, ToolEstimator
+from turnscrew.estimate.estimator import ToolEstimator
 from turnscrew.estimate.filter_state import Prior
 from turnscrew.estimate.finger_force import ForceFromTorque
 from turnscrew.estimate.finger_slip import FingerSlip
+from turnscrew.estimate.free_tip import FreeTip
 from turnscrew.estimate.joint_smoothing import JointSmoother
 from turnscrew.estimate.pose_ipopt import IpoptSolver
 from turnscrew.estimate.pose_refine import PoseRefiner
 from turnscrew.estimate.pose_solution import PoseSolver
 from turnscrew.estimate.pose_sqp import SqpSolver
+from turnscrew.estimate.reference import Reference
 from turnscrew.estimate.screw_angle import ScrewAngle
 from turnscrew.estimate.second_look import SecondLook
 from turnscrew.estimate.slips import Slips
@@ -158,11 +165,21 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
     return Blocks(
         sensors=build_sensors(scenario, plan),
         estimator=build_estimator(scenario, plan, robot, inertia, believed_radius),
-        decider=Decider(gait.faster(scenario.speed.gait)),
+        # a hand that takes torques is not stiff enough to feel for a slot with
+        decider=Decider(gait.faster(scenario.speed.gait), None if torque else build_reseat(scenario, gait)),
         controller=build_controller(scenario, robot, inertia),
         adapter=TorqueAdapter(robot, scenario.control.palm_weight) if torque else PositionAdapter(robot),
         between=BetweenTicks(robot, scenario.screw.pitch) if torque else None,
     )
+
+
+def build_reseat(scenario: Scenario, gait: Gait) -> Reseat:
+    """The search for a drive that the tip has left."""
+    robot, plan, screw = gait.placing.robot, gait.plan, scenario.screw
+    gathering = Gathering(robot, plan)
+    in_air = replace(gait.faster(scenario.speed.gait), budget=None, recentre=False)
+    search = Search(FeltForce(robot), scenario.tool.blade_width, screw.slot_depth)
+    return Reseat(robot, gathering, AirWalk(in_air, gathering, screw.slot_yaw), search)
 
 
 def build_budget(scenario: Scenario, rounds: int, radius: float, gait: Gait) -> StrokeBudget:
@@ -237,6 +254,7 @@ def build_estimator(
     torque = scenario.robot.actuation == "torque"
     return ToolEstimator(
         fingertips=robot.fingertips,
+        free_tip=FreeTip(robot.palm),
         handle=Cylinder(believed_radius, tool.contact_height - half, tool.contact_height + half),
         p_WS=plan.p_WS,
         wrench=build_wrench(scenario, inertia),

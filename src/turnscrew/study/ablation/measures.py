@@ -16,6 +16,7 @@ from turnscrew.decide.recovery import Decider, DeciderState
 from turnscrew.errors import ScenarioError
 from turnscrew.estimate.estimator import ToolEstimator
 from turnscrew.estimate.estimator_state import EstimatorState
+from turnscrew.estimate.free_tip import HELD, Free
 from turnscrew.estimate.handle_contacts import handle_contacts
 from turnscrew.geometry.arrays import Array, Flags
 from turnscrew.signals import Estimate, Fault, Goal, Measurement
@@ -37,10 +38,10 @@ class Unrefined(ToolEstimator):
     """
 
     def update(
-        self, state: EstimatorState, measurement: Measurement, motion: Array, dt: float
+        self, state: EstimatorState, measurement: Measurement, motion: Array, dt: float, free: Free = HELD
     ) -> tuple[EstimatorState, Estimate]:
         """One tick; see `ToolEstimator.update`."""
-        state, known = super().update(state, measurement, motion, dt)
+        state, known = super().update(state, measurement, motion, dt, free)
         R_WT = known.R_WT_seen if np.isfinite(known.R_WT_seen).all() else known.R_WT
         q, p_WS = known.q + known.offset, known.p_WS - state.filter.b_W
         near = handle_contacts(self.handle, 0.0, state.capsules, self.fingertips(q), p_WS, R_WT)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from turnscrew.estimate.estimator import Reference, ToolEstimator
+from turnscrew.estimate.estimator import ToolEstimator
 from turnscrew.estimate.filter_state import Prior
 from turnscrew.estimate.pose_problem import Tolerances
 from turnscrew.estimate.pose_refine import PoseRefiner
+from turnscrew.estimate.reference import Reference
 
 NEVER = 10.0
 """A bound that a sine, or a contact's way on the handle in radians and centimetres, never reaches."""

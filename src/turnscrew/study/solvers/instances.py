@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 
 from numpy.random import Generator
 
-from turnscrew.estimate.estimator import Reference
 from turnscrew.estimate.estimator_state import EstimatorState
 from turnscrew.estimate.pose_problem import PoseFrame, PoseProblem, pose_problem
 from turnscrew.estimate.pose_refine import Guess, PoseRefiner, RefinedPose
+from turnscrew.estimate.reference import Reference
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.profiles import Cylinder
 from turnscrew.study.recording import Recording

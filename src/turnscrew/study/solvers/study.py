@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from turnscrew.errors import ScenarioError
-from turnscrew.estimate.estimator import Reference
+from turnscrew.estimate.reference import Reference
 from turnscrew.study.parts import Done, part_file
 from turnscrew.study.recording import read
 from turnscrew.study.solvers.comparison import Row, compared, solver_figures

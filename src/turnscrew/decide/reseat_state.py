@@ -1,0 +1,191 @@
+"""Where the search for the drive is: its steps, and what they remember."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from turnscrew.decide.gait_state import GaitState
+from turnscrew.geometry.arrays import Array, Flags
+from turnscrew.robot.joints import FINGERS
+from turnscrew.values import changed
+
+FOUR: Flags = np.array([finger != "LF" for finger in FINGERS])
+"""The fingers that hold the tool while its tip searches."""
+
+
+class Step(StrEnum):
+    """A step of the search, in order; an attempt that comes to nothing begins again with LIFT."""
+
+    STILL = "still"
+    """Hold what is held, until the camera tells where the tool is."""
+    LIFT = "lift"
+    """The arm lifts the tip over the head."""
+    AIM = "aim"
+    """Fingers that do not hold come before the handle,"""
+    FEEL = "feel"
+    """and feel for it."""
+    LEVEL = "level"
+    """The fingers right the tool in the hand."""
+    WALK = "walk"
+    """The gait turns the tool in the air, where the arm alone cannot bring it to the slot's heading."""
+    HOVER = "hover"
+    """The arm brings the tool over the slot, leaning along its edge, so that one corner of the blade is lowest."""
+    LOOK = "look"
+    """Fingers are locked, and the camera looks once more."""
+    LAND = "land"
+    """Down, until the head is felt."""
+    REST = "rest"
+    """How high the head is."""
+    SWEEP = "sweep"
+    """Across the slot, to and fro, until the corner drops in."""
+    DRAG = "drag"
+    """Along the slot, until its end is felt."""
+    RIGHT = "right"
+    """Upright, held against that end: the blade goes in."""
+    TURN = "turn"
+    """A little to and fro about the axis; whether the slot's end holds a tip that friction could not."""
+    DONE = "done"
+    """The tip is in its drive."""
+    FAILED = "failed"
+    """It is not, and there is no other way."""
+
+
+LOCKED = (Step.LOOK, Step.LAND, Step.REST, Step.SWEEP, Step.DRAG, Step.RIGHT, Step.TURN)
+"""Steps in which the fingers keep posture and squeeze."""
+
+PRESSED = LOCKED[1:]
+"""Steps in which something pushes the tip."""
+
+
+ATTEMPTS = 6
+"""Attempts before the run is given up: in doubt two at the likelier heading, two at the other, two again."""
+
+
+AROUND = (0.0, -0.07, 0.0, -0.07, 0.05, -0.12)
+"""How far from the angle of the loss the screw is looked for in each attempt [rad]: the tool is wound up in the fingers
+while a thread resists, and turns on while the loss goes unnoticed, so mostly the screw stands some degrees behind."""
+
+SIDEWAYS = np.array([1.0, 1.0, 0.0])
+"""Of a force all but what presses the tip on the head."""
+
+
+@dataclass(frozen=True, slots=True)
+class Felt:
+    """What the locked fingers tell.
+
+    Attributes:
+        q: (28,) encoder angles while nothing pushed the tip [rad].
+        p_HT: (3,) the tip as the palm saw it then [m].
+        R_HT: (3, 3) the tool's orientation, likewise.
+        force: (3,) what pushes the tool, in W, low-passed [N];
+        slow: (3,) the same, more slowly [N].
+        zero: (3,) what is felt although nothing pushes [N].
+        give: (6,) by how much the tool has moved in the hand since, in W: tip [m], rotation vector [rad].
+    """
+
+    q: Array
+    p_HT: Array
+    R_HT: Array
+    force: Array
+    slow: Array
+    zero: Array
+    give: Array
+
+    def levelled(self) -> Felt:
+        """The same where nothing pushes sideways: what has been felt lately is no force."""
+        zero = self.slow * SIDEWAYS
+        return changed(self, zero=self.zero + zero, force=self.force - zero, slow=self.slow - zero)
+
+
+@dataclass(frozen=True, slots=True)
+class ReseatState:
+    """Where the search is.
+
+    Attributes:
+        step: Present step.
+        clock: Time in it [s].
+        gripping: (5,) fingers that carry the tool.
+        gait: Of the gait: when the tip was lost, and while it turns the tool in the air.
+        theta_lost: Angle of the screw when the tip was last sure to be in its drive [rad].
+        spring: Whether the screw is taken to have sprung back to where it began.
+        sure: Whether that is beyond doubt.
+        q_from: (28,) postures when the step began [rad].
+        q_target: (28,) where fingers that do not hold go [rad].
+        felt: What the locked fingers tell.
+        slot: (3,) bottom centre of the drive as believed when the tip came down, in W [m].
+        corner: (3,) where the lowest corner of the blade is to be, in W, if nothing pushed it [m].
+        attempt: Attempts until now.
+        taken: Time since a finger has joined [s].
+        seen: For how long what the step waits for has been so [s].
+        left: Angle by which the tool is still to be turned in the air [rad].
+        walked: Whether it has been turned as far as it should.
+        side: Which corner is lowest: 1 for the one at +x of T, -1 for the other.
+        heading: Of the slot in W, at the half turn that is nearest to the blade's [rad].
+        lean: Of the tool along its edge [rad].
+        surface: Height of the corner on the head, as felt [m].
+        rest: The same as told [m].
+        held: (3,) where the corner as told was when the tool had been righted, in W [m].
+        way: Direction of the sweep, 1 or -1.
+        sweeps: Sweeps made.
+        why: What the last attempt came to.
+    """
+
+    step: Step
+    clock: float
+    gripping: Flags
+    gait: GaitState
+    theta_lost: float
+    spring: bool
+    sure: bool
+    q_from: Array
+    q_target: Array
+    felt: Felt | None = None
+    slot: Array = field(default_factory=lambda: np.zeros(3))
+    corner: Array = field(default_factory=lambda: np.zeros(3))
+    held: Array = field(default_factory=lambda: np.zeros(3))
+    attempt: int = 0
+    taken: float = 0.0
+    seen: float = 0.0
+    left: float = 0.0
+    walked: bool = False
+    side: float = 1.0
+    heading: float = 0.0
+    lean: float = 0.0
+    surface: float = 0.0
+    rest: float = 0.0
+    way: float = 1.0
+    sweeps: int = 0
+    why: str = ""
+
+    @property
+    def theta(self) -> float:
+        """Angle at which the screw is taken to stand [rad]: a spring's is known, another is looked for around it."""
+        return 0.0 if self.spring else self.theta_lost + AROUND[self.attempt]
+
+    @property
+    def along(self) -> Array:
+        """(3,) unit vector in W along the slot, towards the end at which the blade's lowest corner goes in."""
+        return self.side * np.array([np.cos(self.heading), np.sin(self.heading), 0.0])
+
+    @property
+    def across(self) -> Array:
+        """(3,) unit vector in W across the slot."""
+        return np.array([-np.sin(self.heading), np.cos(self.heading), 0.0])
+
+    def to(self, step: Step) -> ReseatState:
+        """The state at the beginning of a step."""
+        return changed(self, step=step, clock=0.0, seen=0.0)
+
+    def failed(self, why: str) -> ReseatState:
+        """The state when an attempt has come to nothing: the next one looks elsewhere, or at another heading.
+
+        Args:
+            why: What it came to.
+        """
+        if self.attempt + 1 >= ATTEMPTS:
+            return changed(self.to(Step.FAILED), why=why)
+        spring = self.spring if self.sure or self.attempt % 2 == 0 else not self.spring
+        return changed(self.to(Step.LIFT), attempt=self.attempt + 1, spring=spring, walked=False, why=why)

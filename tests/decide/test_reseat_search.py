@@ -1,0 +1,175 @@
+"""Each step of the search, with what the fingers feel made up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+from rigs.messages import estimate_of
+
+from turnscrew.decide.felt_force import FeltForce
+from turnscrew.decide.gait import Gait
+from turnscrew.decide.placing import Placing
+from turnscrew.decide.plans import plan_for
+from turnscrew.decide.reseat_pose import corner_T, leaning, seen_from, toward
+from turnscrew.decide.reseat_search import Search
+from turnscrew.decide.reseat_state import ATTEMPTS, FOUR, Felt, ReseatState, Step
+from turnscrew.decide.thread_guess import springs_back
+from turnscrew.geometry.arrays import Array, Flags
+from turnscrew.robot.model import RobotModel
+from turnscrew.signals import Estimate
+
+PLAN, ROBOT = plan_for(0.018), RobotModel()
+GAIT = Gait(PLAN, Placing(ROBOT, PLAN), speed=1.0)
+WIDTH, DEPTH, HEADING, DT = 0.006, 0.0013, 0.3, 0.01
+HELD = estimate_of(q=PLAN.rolling(0.0), p_WT=PLAN.p_WS, p_WS=PLAN.p_WS, touching=FOUR)
+
+
+@dataclass(frozen=True)
+class MadeUp(FeltForce):
+    """Fingers that feel what they are told."""
+
+    force: Array = field(default_factory=lambda: np.zeros(3))
+    give: Array = field(default_factory=lambda: np.zeros(6))
+
+    def update(self, felt: Felt, estimate: Estimate, gripping: Flags, dt: float) -> Felt:
+        return replace(felt, force=self.force, slow=self.force, give=self.give)
+
+
+def begun(step: Step, **changes: object) -> ReseatState:
+    """A state in a step, its corner where the estimate has the tool's."""
+    q = HELD.q
+    start = ReseatState(Step.LOOK, 0.0, FOUR.copy(), GAIT.init(), 1.0, False, False, q, q, heading=HEADING)
+    search = Search(FeltForce(ROBOT), WIDTH, DEPTH)
+    corner = search.over(start, HELD, 0.0)
+    p_WT, R_WT = leaning(corner, HEADING, 1.0, search.lean, 0.5 * WIDTH)
+    state = search.begin(start, replace(HELD, p_WT=p_WT, R_WT=R_WT), corner, q)
+    top = float(corner[2])
+    return replace(state.to(step), surface=top, rest=top, **changes)
+
+
+def after(state: ReseatState, seconds: float, force: Array | None = None, give: Array | None = None) -> ReseatState:
+    """The state after some time in which always the same is felt."""
+    feel = MadeUp(ROBOT, force=np.zeros(3) if force is None else force, give=np.zeros(6) if give is None else give)
+    search, step = Search(feel, WIDTH, DEPTH), state.step
+    for _ in range(round(seconds / DT)):
+        state = replace(state, clock=state.clock + DT)
+        state, V = search.update(state, HELD, DT)
+        assert np.isfinite(V).all()
+        if state.step is not step:
+            break
+    return state
+
+
+def pressed(push: float = 0.0, state: ReseatState | None = None) -> Array:
+    """Pressed as wanted, and pushed back along the slot [N]."""
+    along = np.zeros(3) if state is None else state.along
+    return np.array([0.0, 0.0, 0.7]) - push * along
+
+
+def test_the_head_is_felt_where_it_is() -> None:
+    assert after(begun(Step.LAND), 0.1).step is Step.LAND
+    assert after(begun(Step.LAND), 0.1, pressed()).step is Step.REST
+
+
+def test_what_is_felt_elsewhere_is_not_the_head() -> None:
+    high = np.array([0.0, 0.0, 0.003, 0.0, 0.0, 0.0])
+    state = after(begun(Step.LAND), 0.1, pressed(), high)
+    assert (state.step, state.attempt) == (Step.LIFT, 1)
+    assert "over the head" in state.why
+
+
+def test_rest_learns_what_is_felt_although_nothing_pushes() -> None:
+    state = after(begun(Step.REST), 1.0, np.array([0.3, -0.2, 0.7]))
+    assert state.step is Step.SWEEP
+    assert state.felt is not None
+    np.testing.assert_allclose(state.felt.zero, [0.3, -0.2, 0.0])
+    np.testing.assert_allclose(state.felt.force, [0.0, 0.0, 0.7], atol=1e-15)
+
+
+def test_a_corner_that_falls_is_in_the_slot() -> None:
+    fallen = np.array([0.0, 0.0, -0.0005, 0.0, 0.0, 0.0])
+    assert after(begun(Step.SWEEP), 0.2, pressed(), fallen).step is Step.DRAG
+    assert after(begun(Step.SWEEP), 0.2, pressed()).step is Step.SWEEP
+
+
+def test_a_sweep_turns_round_and_ends() -> None:
+    beyond = np.concatenate([0.006 * begun(Step.SWEEP).across, np.zeros(3)])
+    state = after(begun(Step.SWEEP), 0.01, pressed(), beyond)
+    assert (state.way, state.sweeps) == (-1.0, 1)
+    state = after(begun(Step.SWEEP, sweeps=2), 0.01, pressed(), beyond)
+    assert state.step is Step.LIFT
+
+
+def test_the_slots_end_holds_the_corner() -> None:
+    state = begun(Step.DRAG)
+    assert after(state, 0.3, pressed(0.4, state)).step is Step.DRAG
+    assert after(state, 0.3, pressed(1.2, state)).step is Step.RIGHT
+
+
+def test_a_wall_pushes_the_hand_aside() -> None:
+    start = begun(Step.RIGHT)
+    state = after(start, 0.5, pressed(0.9, start) + 0.2 * start.across)
+    assert (state.corner - start.corner) @ state.across == pytest.approx(0.012 * 0.2 * 0.5)
+
+
+def test_a_tip_that_is_let_go_is_not_pulled_on() -> None:
+    start = begun(Step.RIGHT)
+    assert after(start, 1.5, pressed()).step is Step.LIFT
+
+
+def test_only_a_tip_that_is_held_while_the_hand_stays_is_in() -> None:
+    start = begun(Step.TURN, lean=0.0)
+    start = replace(start, held=start.corner)
+    assert after(start, 3.0, pressed(0.8, start)).step is Step.DONE
+    assert after(start, 3.0, pressed(0.2, start)).step is Step.LIFT
+    # what friction gives, over which the hand runs away
+    assert after(start, 3.0, pressed(0.5, start)).step is Step.LIFT
+
+
+def test_attempts_try_both_headings_and_end() -> None:
+    state, tried = begun(Step.SWEEP), []
+    while state.step is not Step.FAILED:
+        tried.append(state.theta)
+        state = state.failed("nothing")
+    assert tried == pytest.approx([1.0, 0.93, 0.0, 0.0, 1.05, 0.88])
+    assert len(tried) == ATTEMPTS
+
+
+@pytest.mark.parametrize(
+    ("ends", "guess"),
+    [
+        ((), (False, False)),
+        (((1.0, 0.010),), (True, False)),
+        (((1.0, 0.040),), (False, False)),
+        (((1.0, 0.010), (2.0, 0.020), (3.0, 0.031)), (True, False)),
+        (((1.0, 0.020), (2.0, 0.032), (3.0, 0.033)), (False, True)),
+        # the last stroke turned a tool that was out
+        (((1.0, 0.010), (2.0, 0.020), (4.0, 0.001)), (True, False)),
+    ],
+)
+def test_a_spring_is_told_by_how_its_torque_grows(
+    ends: tuple[tuple[float, float], ...], guess: tuple[bool, bool]
+) -> None:
+    assert springs_back(ends, 3.0) == guess
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_leaning_blade_has_one_corner_lowest(side: float) -> None:
+    corner = np.array([0.1, 0.2, 0.3])
+    p, R = leaning(corner, 0.7, side, 0.2, 0.003)
+    np.testing.assert_allclose(p + R @ corner_T(side, 0.003), corner, atol=1e-15)
+    other = p + R @ corner_T(-side, 0.003)
+    assert other[2] - corner[2] == pytest.approx(0.006 * np.sin(0.2))
+    assert np.arccos(R[2, 2]) == pytest.approx(0.2)
+    np.testing.assert_allclose(R[:2, 0] / np.hypot(*R[:2, 0]), [np.cos(0.7), np.sin(0.7)], atol=1e-12)
+
+
+def test_twists_lead_straight_and_not_too_fast() -> None:
+    here, there = (np.zeros(3), np.eye(3)), (np.array([0.1, 0.0, 0.0]), np.eye(3))
+    V, off = toward(here, there, 2.0, 0.03, 0.3)
+    np.testing.assert_allclose(V, [0.03, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert off == pytest.approx(0.1)
+    turned = seen_from(np.array([0.0, 0.0, 0.0, 0.0, 0.0, 2.0]), np.zeros(3), np.array([0.1, 0.0, 0.0]))
+    np.testing.assert_allclose(turned, [0.0, 0.2, 0.0, 0.0, 0.0, 2.0])
