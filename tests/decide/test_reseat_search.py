@@ -90,8 +90,43 @@ def test_rest_learns_what_is_felt_although_nothing_pushes() -> None:
 
 def test_a_corner_that_falls_is_in_the_slot() -> None:
     fallen = np.array([0.0, 0.0, -0.0005, 0.0, 0.0, 0.0])
-    assert after(begun(Step.SWEEP), 0.2, pressed(), fallen).step is Step.DRAG
+    assert after(begun(Step.SWEEP), 0.2, pressed(), fallen).step is Step.ALIGN
     assert after(begun(Step.SWEEP), 0.2, pressed()).step is Step.SWEEP
+
+
+def test_a_corner_that_is_stopped_is_in_the_slot() -> None:
+    start = begun(Step.SWEEP)
+    assert after(start, 0.2, pressed() - 1.2 * start.across).step is Step.ALIGN
+    # what pushes the way that it goes does not stop it
+    assert after(start, 0.2, pressed() + 1.2 * start.across).step is Step.SWEEP
+
+
+def test_a_blade_that_sinks_tells_the_slots_heading() -> None:
+    start = begun(Step.ALIGN)
+    search = Search(FeltForce(ROBOT), WIDTH, DEPTH)
+    state = after(start, search.ease + 0.5, pressed())
+    assert state.step is Step.ALIGN
+    deep = np.array([0.0, 0.0, -0.0009, 0.0, 0.0, 0.0])
+    found = after(state, 0.2, pressed(), deep)
+    assert found.step is Step.DRAG
+    # .5 s of turning, what is felt for, and as far again as a slot's play
+    turned = search.scan * (0.5 + 0.11) + search.past
+    assert found.heading - HEADING == pytest.approx(turned, abs=0.003)
+    assert found.theta == pytest.approx(1.0 - (found.heading - HEADING))
+    # if that comes to nothing, it was felt wrong
+    assert found.failed("its end has let go").theta == 1.0
+
+
+def test_a_blade_is_left_where_it_has_sunk_most() -> None:
+    state = after(begun(Step.ALIGN), 1.1, pressed(), np.array([0.0, 0.0, -0.0004, 0.0, 0.0, 0.0]))
+    state = after(state, 10.0, pressed(), np.array([0.0, 0.0, -0.0002, 0.0, 0.0, 0.0]))
+    assert state.step is Step.DRAG
+    assert 0.0 < state.heading - HEADING < 0.02
+    assert state.off == 0.0
+
+
+def test_what_stops_a_blade_that_never_sinks_is_no_slot() -> None:
+    assert after(begun(Step.ALIGN), 10.0, pressed()).step is Step.LIFT
 
 
 def test_a_sweep_turns_round_and_ends() -> None:
@@ -104,8 +139,10 @@ def test_a_sweep_turns_round_and_ends() -> None:
 
 def test_the_slots_end_holds_the_corner() -> None:
     state = begun(Step.DRAG)
-    assert after(state, 0.3, pressed(0.4, state)).step is Step.DRAG
-    assert after(state, 0.3, pressed(1.2, state)).step is Step.RIGHT
+    assert after(state, 3.0, pressed(0.4, state)).step is Step.DRAG
+    # as long as it takes to come free of a jam
+    assert after(state, 0.8, pressed(1.2, state)).step is Step.DRAG
+    assert after(state, 3.0, pressed(1.2, state)).step is Step.RIGHT
 
 
 def test_a_wall_pushes_the_hand_aside() -> None:
@@ -114,18 +151,25 @@ def test_a_wall_pushes_the_hand_aside() -> None:
     assert (state.corner - start.corner) @ state.across == pytest.approx(0.012 * 0.2 * 0.5)
 
 
-def test_a_tip_that_is_let_go_is_not_pulled_on() -> None:
+def test_the_hand_slackens_before_it_rights_the_blade() -> None:
     start = begun(Step.RIGHT)
-    assert after(start, 1.5, pressed()).step is Step.LIFT
+    state = after(start, 1.0, pressed(1.5, start))
+    assert (state.corner - start.corner) @ state.along == pytest.approx(-0.004, rel=0.05)
+    assert state.lean == start.lean
+    assert after(state, 4.5, pressed(0.3, start)).lean == 0.0
 
 
 def test_only_a_tip_that_is_held_while_the_hand_stays_is_in() -> None:
     start = begun(Step.TURN, lean=0.0)
     start = replace(start, held=start.corner)
-    assert after(start, 3.0, pressed(0.8, start)).step is Step.DONE
-    assert after(start, 3.0, pressed(0.2, start)).step is Step.LIFT
+    assert after(start, 6.0, pressed(1.2, start)).step is Step.PRESS
+    assert after(replace(start, lean=0.05).to(Step.PRESS), 3.0, pressed(0.3, start)).step is Step.DONE
+    assert after(start, 6.0, pressed(0.2, start)).step is Step.LIFT
     # what friction gives, over which the hand runs away
-    assert after(start, 3.0, pressed(0.5, start)).step is Step.LIFT
+    assert after(start, 6.0, pressed(0.7, start)).step is Step.LIFT
+    # whatever is felt upwards, the blade is not lifted out
+    up = pressed(1.2, start) + np.array([0.0, 0.0, 5.0])
+    assert after(start, 6.0, up).corner[2] == start.corner[2]
 
 
 def test_attempts_try_both_headings_and_end() -> None:
@@ -133,7 +177,7 @@ def test_attempts_try_both_headings_and_end() -> None:
     while state.step is not Step.FAILED:
         tried.append(state.theta)
         state = state.failed("nothing")
-    assert tried == pytest.approx([1.0, 0.93, 0.0, 0.0, 1.05, 0.88])
+    assert tried == pytest.approx([1.0, 1.0, 0.0, 0.0] * 2)
     assert len(tried) == ATTEMPTS
 
 

@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from rigs.estimation import DT, blur, gait
+from rigs.estimation import ROBOT as MEASURED
 
+from turnscrew.contact.tool_dynamics import ToolInertia
 from turnscrew.decide.plans import plan_for
+from turnscrew.estimate.estimator import ToolEstimator
 from turnscrew.estimate.filter_state import OFFSETS, THETA, TIP, Prior
-from turnscrew.estimate.free_tip import FreeTip, seated_angle
+from turnscrew.estimate.free_tip import HELD, Free, FreeTip, seated_angle
 from turnscrew.estimate.screw_angle import AngleState
+from turnscrew.estimate.tip_wrench import TipWrench
 from turnscrew.estimate.tool_filter import ToolFilter
+from turnscrew.robot.joints import FINGERS, finger_joints
 from turnscrew.robot.model import RobotModel
 
 PLAN, ROBOT = plan_for(0.018), RobotModel()
@@ -26,6 +34,12 @@ def test_a_lost_tool_is_doubted_and_what_else_is_known_stays() -> None:
     np.testing.assert_array_equal(freed.P[OFFSETS, OFFSETS], KNOWN.P[OFFSETS, OFFSETS])
     assert not freed.P[TIP, OFFSETS].any()
     np.testing.assert_array_equal(freed.p_WT, KNOWN.p_WT)
+
+
+def test_a_tool_that_is_back_may_be_elsewhere_than_the_camera_had_it() -> None:
+    more = np.diag(FREE_TIP.seated(KNOWN).P - KNOWN.P)
+    np.testing.assert_allclose(more[TIP], FREE_TIP.back**2, rtol=1e-9)
+    np.testing.assert_allclose(more[THETA], FREE_TIP.upright**2, rtol=1e-9)
 
 
 def test_a_carried_tool_goes_with_the_hand() -> None:
@@ -50,3 +64,31 @@ def test_the_blade_tells_the_angle_but_for_half_turns(half_turns: int) -> None:
     yaw = 0.4 - 2.1 + half_turns * np.pi
     angle = seated_angle(AngleState(1.0, 0.3, 2.0, 2.0), yaw, 0.4)
     assert angle.theta == pytest.approx(2.1)
+
+
+def test_a_finger_that_leaves_does_not_carry_the_tool_away() -> None:
+    blurred = blur(gait(1), 0)
+    tool = ToolInertia(0.08, np.array([0.0, 0.0, 0.13]), np.diag([1e-4, 1e-4, 1.3e-5]))
+    wrench = TipWrench(tool, 0.0005)
+    block = ToolEstimator(
+        MEASURED.fingertips,
+        blurred.handle,
+        blurred.p_WS,
+        wrench,
+        free_tip=FreeTip(MEASURED.palm),
+        correction_period=1.0,
+    )
+    state, still = block.init(blurred.measurements[0], blurred.p_WS, np.eye(3)), np.zeros(28)
+    for measurement in blurred.measurements[1:60]:
+        state, before = block.update(state, replace(measurement, vision=None), still, DT)
+    assert before.touching[0]
+    q = measurement.q.copy()
+    q[list(finger_joints("TH"))] += 0.02
+    last = replace(measurement, q=q, vision=None)
+    gone = []
+    for holds in (np.ones(5, dtype=bool), np.array([finger != "TH" for finger in FINGERS])):
+        away, _ = block.update(state, replace(measurement, vision=None), still, DT, Free(True))
+        _, after = block.update(away, last, still, DT, HELD._replace(tip=True, holds=holds))
+        gone.append(float(np.linalg.norm(after.p_WT - before.p_WT)))
+    assert gone[0] > 1e-3
+    assert gone[1] < 0.3 * gone[0]

@@ -16,7 +16,7 @@ from turnscrew.decide.gait_state import GaitState
 from turnscrew.decide.reseat_gather import STILL, Gathering, Motion
 from turnscrew.decide.reseat_pose import leaning, seen_from, toward
 from turnscrew.decide.reseat_search import Search
-from turnscrew.decide.reseat_state import FOUR, LOCKED, PRESSED, ReseatState, Step
+from turnscrew.decide.reseat_state import CARRIED, FOUR, LOCKED, ReseatState, Step
 from turnscrew.decide.reseat_walk import AirWalk
 from turnscrew.decide.thread_guess import springs_back
 from turnscrew.geometry.arrays import Array
@@ -224,5 +224,5 @@ class Reseat:
             squeeze=share * self.squeeze, approach=np.where(reaching[:, None], -self.closing * estimate.n_W, 0.0),
             q_free=(1.0 - blend) * state.q_from + blend * state.q_target, q_guide=estimate.q, turn_rate=0.0,
             tip_force=0.0, V_palm=motion.palm, V_tool=seen_from(motion.palm, p, estimate.p_WT) + motion.tool,
-            tip_free=True, theta=state.theta, locked=step in LOCKED, tip_moves=step in PRESSED,
+            tip_free=True, theta=state.theta, locked=step in LOCKED, tip_moves=step not in CARRIED,
         )  # fmt: skip

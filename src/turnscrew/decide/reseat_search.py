@@ -42,15 +42,18 @@ MORE = 0.17
 TOUCHED, CAUGHT, HELD = 0.02, 0.05, 0.1
 """How long the head, a drop, the slot's end must be felt [s]: noise that fingers tell lasts a tick or two."""
 
-SLACK, SLIPPED = 0.2, 0.8
-"""Force of the slot's end below which [N], and for how long [s], a tip has slipped over it."""
+GIVING = 0.012
+"""How fast the hand gives way to a wall while the tip is to stay [m/s]: it is 6 mm ahead of one that is stopped."""
 
-DRAGGED = 6.0
-"""Longest drag [s]: 24 mm of the hand, of which the fingers give 10."""
+DRAGGED = 10.0
+"""Longest drag [s]: 24 mm of the hand, of which the fingers give 10, and twice to and fro about the axis."""
 
 
-INSIDE = (Step.DRAG, Step.RIGHT, Step.TURN)
-"""Steps in which the corner, at least, is in the slot."""
+INSIDE = (Step.ALIGN, Step.DRAG, Step.RIGHT)
+"""Steps in which the corner, at least, is in the slot, and the hand follows a tool that is pulled over."""
+
+SLACK = (Step.RIGHT, Step.PRESS)
+"""Steps in which the hand pulls little."""
 
 
 class Touch(NamedTuple):
@@ -83,6 +86,7 @@ class Search:
         depth: Of the slot [m].
         lean: Of the tool [rad]: a corner that is 2 mm inside sinks by .9 mm before the edge meets the other end.
         press: Force on the head [N]: friction then holds less than .5 N, and a corner drops in at once.
+        firm: The same while the tool is righted [N]: what fingers tell meanwhile errs by half a newton.
         give_way: How fast the hand gives way to a force beyond that [m/s/N]: fingers are .4 mm/N soft upwards.
         land: Speed downwards [m/s].
         ahead: How far towards the slot's end from its middle the corner comes down [m]: half of what there is.
@@ -92,10 +96,26 @@ class Search:
         sweep: Speed on the head [m/s].
         sweeps: After how many sweeps there is no slot.
         dropped: How far the corner falls where there is a slot [m], what is felt of heights errs by a third of it.
-        end: Force at which the slot's end is found [N], twice what friction can hold.
-        pull: Force with which the blade is held against it afterwards [N].
+        around: How far the tool is turned to either side to find the slot's heading [rad]: a tool that winds up in the
+            fingers, and turns on while its loss goes unnoticed, leaves 8 deg of doubt; from 3 deg on the blade sinks.
+        ease: Time before that in which the hand gives way to a wall that has stopped it [s]: a blade that is pushed
+            against one leaves the slot as it turns, and bent fingers tell the height wrong.
+        scan: How fast [rad/s]: .1 s of feeling is a degree.
+        sunk: How far the corner sinks where the blade is parallel to the slot [m].  A blade that leans by 10 deg, and
+            is turned from the slot by a, gets in as far as .2 mm of play let it, .035 mm / tan a: .4 mm at 5 deg,
+            .67 mm at 3 deg, and .8 mm before it meets the slot's other end; .1 to .2 mm more are felt.
+        past: How far beyond where it begins to sink so far the slot's heading is [rad].
+        end: Force at which the slot's end is found [N], twice what friction can hold,
+        most: and where the hand stops pulling [N].
+        pull: Force with which the blade is held against it while it is righted [N]: fingers that are bent by more tell
+            heights and forces so wrong that the hand lifts the blade out.
+        hold: The same in the end, to see whether it is in [N]: on the head, friction holds half of that.
+        tightening: Time in which the hand pulls so far [s], and then as long again.
         held: What must be left of that, on the average, for the tip to be in [N],
-        runs: and how far the hand may go on meanwhile [m]: on the head it would run away from the tip by 8 mm.
+        runs: and how far the hand may go on meanwhile [m], 4 mm where fingers creep: on the head it would run away
+            from the tip by 10 mm.
+        slacken: Time in which the hand goes back until then [s].
+        pressing: Time for which the blade is pressed in the end [s]: a pull lifts it by some tenths of a millimetre.
         soft: How far the hand moves for a newton sideways, in a second [m/s/N]: twice a second what the fingers give.
         rest: Time for which it rests on the head [s].
         righting: Time in which the tool is righted [s].
@@ -110,6 +130,7 @@ class Search:
     depth: float
     lean: float = np.radians(10.0)
     press: float = 0.7
+    firm: float = 1.2
     give_way: float = 0.004
     land: float = 0.003
     ahead: float = 0.0015
@@ -119,14 +140,24 @@ class Search:
     sweep: float = 0.004
     sweeps: int = 3
     dropped: float = 0.00035
+    around: float = np.radians(7.0)
+    ease: float = 1.0
+    scan: float = 0.15
+    sunk: float = 0.00075
+    past: float = np.radians(2.0)
     end: float = 1.0
-    pull: float = 0.9
-    held: float = 0.35
-    runs: float = 0.003
+    most: float = 1.8
+    pull: float = 0.3
+    hold: float = 1.2
+    tightening: float = 2.5
+    held: float = 0.7
+    runs: float = 0.006
+    slacken: float = 1.5
+    pressing: float = 1.0
     soft: float = 0.012
-    righting: float = 2.0
+    righting: float = 3.0
     rest: float = 0.8
-    yaw: float = np.radians(6.0)
+    yaw: float = np.radians(5.0)
     pace: float = 0.5
     lost: float = 0.006
     bent: float = 1.3
@@ -174,8 +205,9 @@ class Search:
         touch = self._touch(state, felt, estimate)
         before = state.corner
         steps: dict[Step, Callable[[ReseatState, Touch, float], ReseatState]] = {
-            Step.LAND: self._land, Step.REST: self._rest, Step.SWEEP: self._sweep, Step.DRAG: self._drag,
-            Step.RIGHT: self._right, Step.TURN: self._turn,
+            Step.LAND: self._land, Step.REST: self._rest, Step.SWEEP: self._sweep,
+            Step.ALIGN: self._align, Step.DRAG: self._drag, Step.RIGHT: self._right, Step.TURN: self._turn,
+            Step.PRESS: self._press,
         }  # fmt: skip
         state = steps[state.step](state, touch, dt)
         wanted = self._told(state, touch)
@@ -194,16 +226,21 @@ class Search:
 
     def _told(self, state: ReseatState, touch: Touch) -> tuple[Array, Array]:
         """Pose of the tool if nothing pushed it; once the corner is in, less the lean by which it is pulled over."""
-        more = turn = 0.0
+        more, turn = 0.0, state.turn
         if state.step in INSIDE:
-            more = min(max(self.bent * touch.more, -MORE), MORE)
-        if state.step is Step.TURN:
-            turn = self.yaw * min(self.pace * state.clock, 1.0) * float(np.sin(2.0 * np.pi * self.pace * state.clock))
+            more = self._more(touch)
+        if state.step in (Step.DRAG, Step.RIGHT, Step.TURN):
+            turn = self.yaw * self._swing(state)
         return leaning(state.corner, state.heading + turn, state.side, state.lean - more, 0.5 * self.width)
+
+    def _more(self, touch: Touch) -> float:
+        """The lean by which the tool is pulled over [rad]."""
+        return min(max(self.bent * touch.more, -MORE), MORE)
 
     def _pressed(self, state: ReseatState, touch: Touch, dt: float) -> Array:
         """(3,) the corner as told, moved up or down so that the tip is pressed as wanted."""
-        rate = min(max(self.give_way * (float(touch.force[2]) - self.press), -DOWN), UP)
+        press = self.firm if state.step in SLACK else self.press
+        rate = min(max(self.give_way * (float(touch.force[2]) - press), -DOWN), UP)
         return state.corner + rate * dt * Z
 
     def _land(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
@@ -231,10 +268,12 @@ class Search:
         surface = state.surface
         if touch.drop < 0.5 * self.dropped:
             surface += dt / 0.4 * (float(touch.corner[2]) - surface)
-        seen = state.seen + dt if touch.drop > self.dropped else 0.0
+        # a blade that is turned by 8 deg sinks too little to be felt, but does not get on
+        stopped = -state.way * float(touch.force @ state.across) > self.end
+        seen = state.seen + dt if touch.drop > self.dropped or stopped else 0.0
         state = changed(state, corner=corner, surface=surface, seen=seen)
         if seen > CAUGHT:
-            return state.to(Step.DRAG)
+            return changed(state.to(Step.ALIGN), turn=0.0, sunk=0.0, sunk_at=0.0)
         across = state.way * float((touch.corner - state.slot) @ state.across)
         if across < self.beyond and state.way * float(touch.lag @ state.across) < self.stuck:
             return state
@@ -242,42 +281,86 @@ class Search:
             return state.failed("no slot where it was looked for")
         return changed(state, way=-state.way, sweeps=state.sweeps + 1)
 
-    def _drag(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
-        corner = self._pressed(state, touch, dt) + self.sweep * dt * state.along + self._aside(state, touch, dt)
-        seen = state.seen + dt if -float(touch.force @ state.along) > self.end else 0.0
-        state = changed(state, corner=corner, seen=seen)
+    def _align(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
+        corner = self._pressed(state, touch, dt) + self._aside(state, touch, dt)
+        state = changed(state, corner=corner)
+        if state.clock < self.ease:
+            return state
+        # a blade that is turned the wrong way first may come out, and the next attempt begins the other way
+        first = 1.0 if state.attempt % 2 == 0 else -1.0
+        way = first if state.clock - self.ease < self.around / self.scan else -first
+        state = changed(state, turn=state.turn + way * self.scan * dt)
+        if touch.drop > state.sunk:
+            state = changed(state, sunk=touch.drop, sunk_at=state.turn)
+        seen = state.seen + dt if touch.drop > self.sunk else 0.0
+        state = changed(state, seen=seen)
         if seen > HELD:
+            return state.found(state.turn + way * self.past).to(Step.DRAG)
+        if first * state.turn > -self.around:
+            return state
+        if state.sunk < 0.5 * self.dropped:
+            return state.failed("what stopped the corner is no slot")
+        return changed(state.to(Step.DRAG), heading=state.heading + state.sunk_at, turn=0.0)
+
+    def _drag(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
+        pulled = -float(touch.force @ state.along)
+        rate = min(max(self.soft * (self.most - pulled), 0.0), self.sweep)
+        corner = self._pressed(state, touch, dt) + rate * dt * state.along + self._aside(state, touch, dt)
+        # what is felt swings with the tool
+        found = state.felt is not None and -float(state.felt.slow @ state.along) > self.end
+        state = changed(state, corner=corner, seen=state.seen + dt if found else 0.0)
+        # a blade that is jammed between the slot's walls comes free in half a swing
+        if state.seen > 0.5 / self.pace:
             return state.to(Step.RIGHT)
         adrift = abs(float(corner[2]) - state.rest) > self.lost
         return state.failed("the slot has no end") if adrift or state.clock > DRAGGED else state
 
     def _right(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
-        lean = self.lean * max(1.0 - state.clock / self.righting, 0.0)
-        loose = -float(touch.force @ state.along) < SLACK
-        seen = state.seen + dt if loose else 0.0
-        state = changed(state, corner=self._pulled(state, touch, dt), lean=lean, seen=seen)
-        if seen > SLIPPED:
-            return state.failed("the slot's end has let go")
-        if state.clock < 1.1 * self.righting:
+        since = max(state.clock - self.slacken, 0.0)
+        lean = self.lean * max(1.0 - since / self.righting, 0.0)
+        state = changed(state, corner=self._pulled(state, touch, dt), lean=lean)
+        if since < 1.1 * self.righting:
             return state
-        return changed(state.to(Step.TURN), held=state.corner)
+        return changed(state.to(Step.TURN), held=state.corner, lean=-self._more(touch))
 
     def _turn(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
-        state = changed(state, corner=self._pulled(state, touch, dt))
-        if state.felt is None or state.clock < 1.0 / self.pace:
+        state = changed(state, corner=self._level(state, touch, dt))
+        if state.clock < self.tightening:
+            return changed(state, held=state.corner)
+        if state.felt is None or state.clock < 2.0 * self.tightening:
             return state
         pulled, way = -float(state.felt.slow @ state.along), float((state.corner - state.held) @ state.along)
         if pulled > self.held and way < self.runs:
-            return state.to(Step.DONE)
+            return state.to(Step.PRESS)
         return state.failed(f"{pulled:.1f} N hold the tip, and the hand has gone on by {1e3 * way:.0f} mm")
+
+    def _press(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
+        slack = state.clock > self.slacken
+        corner = self._pulled(state, touch, dt) if slack else self._level(state, touch, dt)
+        state = changed(state, corner=corner)
+        return state.to(Step.DONE) if state.clock > self.slacken + self.pressing else state
+
+    def _level(self, state: ReseatState, touch: Touch, dt: float) -> Array:
+        """(3,) the corner as told, pulled at as wanted.
+
+        Fingers that are bent along the slot tell heights wrong: the hand stays at its own, or it lifts the blade out.
+        """
+        corner = self._pulled(state, touch, dt)
+        corner[2] = state.corner[2]
+        return corner
+
+    def _swing(self, state: ReseatState) -> float:
+        """To and fro, -1 to 1."""
+        return float(np.sin(2.0 * np.pi * self.pace * state.clock))
 
     def _pulled(self, state: ReseatState, touch: Touch, dt: float) -> Array:
         """(3,) the corner as told, moved so that it is pressed and held against the slot's end as wanted."""
-        missing = self.pull + float(touch.force @ state.along)
+        missing = (self.pull if state.step in SLACK else self.hold) + float(touch.force @ state.along)
         step = min(max(self.soft * missing, -self.sweep), self.sweep) * dt
         return self._pressed(state, touch, dt) + step * state.along + self._aside(state, touch, dt)
 
     def _aside(self, state: ReseatState, touch: Touch, dt: float) -> Array:
         """(3,) how far the corner as told gives way to a wall of the slot [m]."""
         push = self.soft * float(touch.force @ state.across)
-        return np.asarray(min(max(push, -self.sweep), self.sweep) * dt * state.across)
+        most = GIVING if state.step is Step.ALIGN else self.sweep
+        return np.asarray(min(max(push, -most), most) * dt * state.across)

@@ -41,32 +41,33 @@ class Step(StrEnum):
     """How high the head is."""
     SWEEP = "sweep"
     """Across the slot, to and fro, until the corner drops in."""
+    ALIGN = "align"
+    """To and fro about the corner: where the blade is parallel to the slot, it sinks."""
     DRAG = "drag"
     """Along the slot, until its end is felt."""
     RIGHT = "right"
     """Upright, held against that end: the blade goes in."""
     TURN = "turn"
     """A little to and fro about the axis; whether the slot's end holds a tip that friction could not."""
+    PRESS = "press"
+    """Slackened again, so that the gait takes over a tool that stands upright."""
     DONE = "done"
     """The tip is in its drive."""
     FAILED = "failed"
     """It is not, and there is no other way."""
 
 
-LOCKED = (Step.LOOK, Step.LAND, Step.REST, Step.SWEEP, Step.DRAG, Step.RIGHT, Step.TURN)
+LOCKED = (Step.LOOK, Step.LAND, Step.REST, Step.SWEEP, Step.ALIGN, Step.DRAG, Step.RIGHT, Step.TURN, Step.PRESS)
 """Steps in which the fingers keep posture and squeeze."""
 
-PRESSED = LOCKED[1:]
-"""Steps in which something pushes the tip."""
+CARRIED = (Step.HOVER, Step.LOOK)
+"""Steps in which the tool goes with the hand as it is held; in all others it is lifted off, handed over, righted or
+pushed, and moves in the fingers by a millimetre or two."""
 
 
-ATTEMPTS = 6
-"""Attempts before the run is given up: in doubt two at the likelier heading, two at the other, two again."""
-
-
-AROUND = (0.0, -0.07, 0.0, -0.07, 0.05, -0.12)
-"""How far from the angle of the loss the screw is looked for in each attempt [rad]: the tool is wound up in the fingers
-while a thread resists, and turns on while the loss goes unnoticed, so mostly the screw stands some degrees behind."""
+ATTEMPTS = 8
+"""Attempts before the run is given up: in doubt two at the likelier heading, two at the other, and all of that again;
+they take 15 to 35 s each."""
 
 SIDEWAYS = np.array([1.0, 1.0, 0.0])
 """Of a force all but what presses the tip on the head."""
@@ -124,10 +125,14 @@ class ReseatState:
         walked: Whether it has been turned as far as it should.
         side: Which corner is lowest: 1 for the one at +x of T, -1 for the other.
         heading: Of the slot in W, at the half turn that is nearest to the blade's [rad].
+        turn: By how much the tool is turned from that heading [rad].
+        sunk: How far the corner has sunk at most while it was turned [m],
+        sunk_at: and where [rad].
+        off: How far the screw stands beyond where it was taken to stand, as found [rad].
         lean: Of the tool along its edge [rad].
         surface: Height of the corner on the head, as felt [m].
         rest: The same as told [m].
-        held: (3,) where the corner as told was when the tool had been righted, in W [m].
+        held: (3,) where the corner as told was when the hand had begun to pull at the righted tool, in W [m].
         way: Direction of the sweep, 1 or -1.
         sweeps: Sweeps made.
         why: What the last attempt came to.
@@ -145,7 +150,6 @@ class ReseatState:
     felt: Felt | None = None
     slot: Array = field(default_factory=lambda: np.zeros(3))
     corner: Array = field(default_factory=lambda: np.zeros(3))
-    held: Array = field(default_factory=lambda: np.zeros(3))
     attempt: int = 0
     taken: float = 0.0
     seen: float = 0.0
@@ -153,17 +157,22 @@ class ReseatState:
     walked: bool = False
     side: float = 1.0
     heading: float = 0.0
+    turn: float = 0.0
+    sunk: float = 0.0
+    sunk_at: float = 0.0
+    off: float = 0.0
     lean: float = 0.0
     surface: float = 0.0
     rest: float = 0.0
+    held: Array = field(default_factory=lambda: np.zeros(3))
     way: float = 1.0
     sweeps: int = 0
     why: str = ""
 
     @property
     def theta(self) -> float:
-        """Angle at which the screw is taken to stand [rad]: a spring's is known, another is looked for around it."""
-        return 0.0 if self.spring else self.theta_lost + AROUND[self.attempt]
+        """Angle at which the screw is taken to stand [rad]: a spring is back where it began."""
+        return (0.0 if self.spring else self.theta_lost) + self.off
 
     @property
     def along(self) -> Array:
@@ -188,4 +197,12 @@ class ReseatState:
         if self.attempt + 1 >= ATTEMPTS:
             return changed(self.to(Step.FAILED), why=why)
         spring = self.spring if self.sure or self.attempt % 2 == 0 else not self.spring
-        return changed(self.to(Step.LIFT), attempt=self.attempt + 1, spring=spring, walked=False, why=why)
+        return changed(self.to(Step.LIFT), attempt=self.attempt + 1, spring=spring, off=0.0, walked=False, why=why)
+
+    def found(self, turn: float) -> ReseatState:
+        """The state when the slot's heading has been felt.
+
+        Args:
+            turn: By how much it is turned from where it was taken to be [rad].
+        """
+        return changed(self, heading=self.heading + turn, off=self.off - turn, turn=0.0)

@@ -239,7 +239,7 @@ class ToolEstimator:
     ) -> tuple[EstimatorState, Array, Array]:
         """The same for a tool whose tip is out of its drive, and which goes with the hand."""
         f, touch = state.filter, state.touch
-        hold = Hold((state.tips, tips), state.contacts.tip_W, touch.level * touch.touching)
+        hold = Hold((state.tips, tips), state.contacts.tip_W, touch.level * touch.touching * state.free.holds)
         palm, dp, dtheta = free_tip.carry(state.carrier, measurement.q, hold, f.p_WT)
         reach, gripped = tips.J[FINGERS.index("MF"), :3, :REACH], int(touch.touching.sum()) >= 2
         f = free_tip.predict(self.filter, f, (dp, dtheta), reach, gripped, state.free.moves, dt)
@@ -251,7 +251,7 @@ class ToolEstimator:
             known = free_tip.freed(state.filter)
             return changed(state, filter=known, carrier=None, status=NO_CONTACT, refined=None, out=self.out.init())
         angle = seated_angle(state.angle, yaw(state.filter.R_WT), state.start)
-        return changed(state, angle=angle, slips=self.slips.init())
+        return changed(state, filter=free_tip.seated(state.filter), angle=angle, slips=self.slips.init())
 
     def _forces(
         self, state: EstimatorState, measurement: Measurement, tips: Fingertips, dt: float

@@ -18,7 +18,8 @@ from turnscrew.estimate.filter_state import SIZE, THETA, TIP, FilterState
 from turnscrew.estimate.odometry import STILL
 from turnscrew.estimate.screw_angle import AngleState
 from turnscrew.estimate.tool_filter import ToolFilter
-from turnscrew.geometry.arrays import Array
+from turnscrew.geometry.arrays import Array, Flags
+from turnscrew.robot.joints import FINGERS
 
 if TYPE_CHECKING:
     from turnscrew.robot.model import Fingertips
@@ -31,11 +32,13 @@ class Free(NamedTuple):
         tip: Whether it is out of its drive.
         theta: Angle at which the screw is taken to stand then [rad].
         moves: Whether the tool is pushed or handed over, and moves in the fingers in ways that these do not tell.
+        holds: (5,) fingers that are to carry the tool; others may still be felt to touch while they leave it.
     """
 
     tip: bool = False
     theta: float = 0.0
     moves: bool = False
+    holds: Flags = np.ones(len(FINGERS), dtype=bool)
 
 
 HELD = Free()
@@ -71,6 +74,9 @@ class FreeTip:
         creep: Random walk of a carried tip in the fingers [m/sqrt(s)]: what contacts give as loads change, a few tenths
             of a millimetre,
         sway: and of the tool's orientation [rad/sqrt(s)].
+        back: By how much a tip that is back in its drive may be elsewhere than the camera had it [m], per axis: it had
+            seconds of frames of a tool that moved,
+        upright: and how the tool may have turned since [rad], per axis: it is pressed, and handed over.
         moved: By how much more it walks while the tool is pushed or handed over: a search that fails leaves 2 mm of
             error, which the camera must be free to take away.
     """
@@ -80,6 +86,8 @@ class FreeTip:
     lean: float = np.deg2rad(12.0)
     creep: float = 0.00015
     sway: float = np.deg2rad(0.08)
+    back: float = 0.0015
+    upright: float = np.deg2rad(1.5)
     moved: float = 6.0
 
     def freed(self, f: FilterState) -> FilterState:
@@ -90,6 +98,12 @@ class FreeTip:
         sigma = np.zeros(SIZE)
         sigma[THETA], sigma[TIP] = self.lean, self.tip
         return replace(f, P=P + np.diag(sigma**2))
+
+    def seated(self, f: FilterState) -> FilterState:
+        """The pose of a tool whose tip is back, doubted as above until it agrees with the drive's place."""
+        sigma = np.zeros(SIZE)
+        sigma[THETA], sigma[TIP] = self.upright, self.back
+        return replace(f, P=f.P + np.diag(sigma**2))
 
     def carry(self, before: PalmPose | None, q: Array, hold: Hold, p_WT: Array) -> tuple[PalmPose, Array, Array]:
         """How the hand has carried the tool in a tick.

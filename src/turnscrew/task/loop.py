@@ -18,7 +18,7 @@ from turnscrew.plant.cell import Cell
 from turnscrew.robot.coupling import DRIVEN_INDEX
 from turnscrew.robot.joints import DRIVEN, JOINTS
 from turnscrew.sense.sensors import SensorState
-from turnscrew.signals import Command, Effort, Estimate, Fault, FaultKind, Goal, Measurement
+from turnscrew.signals import GRIP, Command, Effort, Estimate, Fault, FaultKind, Goal, Measurement
 from turnscrew.task.line import NO_DELAY, Line, UnderWay
 from turnscrew.task.watch import Strain, Watch, WatchState
 from turnscrew.task.wiring import Blocks
@@ -182,4 +182,4 @@ class Loop:
 
 def _free(last: tuple[Estimate, Goal] | None) -> Free:
     """What the last goal says of the tip."""
-    return HELD if last is None else Free(last[1].tip_free, last[1].theta, last[1].tip_moves)
+    return HELD if last is None else Free(last[1].tip_free, last[1].theta, last[1].tip_moves, last[1].roles == GRIP)

@@ -107,6 +107,13 @@ after a slide they are never trusted more than with eight tenths of what they sl
 12 mm within the detector's memory; in first rolls, when axis and joints are believed askew by up to a degree, some of
 that was taken for a slide in three runs of forty."""
 
+IN_AIR = 1.0
+"""Fastest turning of a handle in the air [rad/s]: nothing but the camera tells how it swings meanwhile, and a
+frame errs by 4 mm."""
+
+CLEAR = 0.005
+"""Distance from it at which fingers begin to feel for it then [m]: the handle errs by 2 mm, not by .5 mm."""
+
 STROKE_SQUEEZE = 10.0
 """Squeeze of thumb and middle finger in one long stroke, before the load asks for more [N]: they do not have to hand
 over, and slide less the farther they are from the end of their friction."""
@@ -177,7 +184,9 @@ def build_reseat(scenario: Scenario, gait: Gait) -> Reseat:
     """The search for a drive that the tip has left."""
     robot, plan, screw = gait.placing.robot, gait.plan, scenario.screw
     gathering = Gathering(robot, plan)
-    in_air = replace(gait.faster(scenario.speed.gait), budget=None, recentre=False)
+    in_air = replace(
+        gait, speed=min(gait.speed, IN_AIR), standoff=CLEAR, budget=None, recentre=False
+    )  # at the usual pace, however fast the gait is on the screw
     search = Search(FeltForce(robot), scenario.tool.blade_width, screw.slot_depth)
     return Reseat(robot, gathering, AirWalk(in_air, gathering, screw.slot_yaw), search)
 
