@@ -18,7 +18,7 @@ def slipping(*, reacts: bool) -> tuple[SlickFingers, np.ndarray]:
     run = Run.begin(load(None, ["robot.actuation=torque"], 777014))
     if not reacts:
         deaf(run)
-    slick = SlickFingers(run.cell, np.random.default_rng(1), 0.3, first=1.1, pause=0.01)
+    slick = SlickFingers(run.cell, np.random.default_rng(1), 0.2, first=1.1, pause=0.01)
     rows = []
     while run.cell.time < 1.55:
         tick, _ = run.tick()
