@@ -40,8 +40,8 @@ def standing(touching: np.ndarray = TH_MF, q: np.ndarray | None = None) -> Estim
 def into(phase: Phase, clock: float = 0.5, touching: np.ndarray = TH_MF) -> DeciderState:
     """The state at some time in a phase."""
     start = DECIDER.init()
-    others = phase in (Phase.RELOCATE, Phase.RETURN)
-    gait = replace(start.gait, phase=phase, clock=clock, gripping=FF_RF.copy() if others else TH_MF.copy())
+    holding = {Phase.RELOCATE: FF_RF, Phase.RETURN: FF_RF, Phase.CATCH: NOBODY}.get(phase, TH_MF)
+    gait = replace(start.gait, phase=phase, clock=clock, gripping=holding.copy())
     state, _ = DECIDER.update(replace(start, gait=gait), standing(touching), (), DT)
     return state
 
@@ -119,6 +119,18 @@ def test_lost_finger_feels_for_the_handle_and_the_others_take_over() -> None:
     # in .2 s from a tenth to all of it, in steps of a twentieth
     assert max(np.diff(grasp)) < 0.06 * DECIDER.gait.squeeze
     assert state.action is None
+
+
+def test_a_phase_that_ends_as_it_is_named_stalled_has_not() -> None:
+    all_four = TH_MF | FF_RF
+    state, goals = for_a_while(into(Phase.ADD), DT, (), all_four)
+    assert goals[-1].phase == Phase.ADD
+    assert state.gait.phase is Phase.SUPPORT
+    state, goals = for_a_while(state, DT, trouble(FaultKind.STALLED), all_four)
+    assert (state.action, goals[-1].phase) == (None, Phase.SUPPORT)
+    # what is named once more stops the run
+    state, _ = for_a_while(state, DT, trouble(FaultKind.STALLED), all_four)
+    assert state.action is Action.STOP
 
 
 def test_fingers_that_find_nothing_go_back_before_they_feel_again() -> None:

@@ -138,7 +138,7 @@ class Decider:
             faults: Named at the last tick.
             dt: Time since then [s].
         """
-        fault = next((fault for fault in faults if fault.ends), None)
+        fault = next((fault for fault in faults if fault.ends and not _is_past(state, fault)), None)
         state = changed(state, clock=state.clock + dt)
         if estimate.tip_out < DOUBT:
             state = changed(state, sure=(*state.sure, estimate.theta)[-BEFORE:])
@@ -222,3 +222,8 @@ def stilled(goal: Goal | None) -> Goal | None:
         V_tool=np.zeros(6),
         action=str(Action.STOP),
     )
+
+
+def _is_past(state: DeciderState, fault: Fault) -> bool:
+    """Whether a phase that stalled has ended meanwhile: faults are of the last tick; one that lasts is named again."""
+    return fault.kind is FaultKind.STALLED and state.goal is not None and state.gait.phase != state.goal.phase
