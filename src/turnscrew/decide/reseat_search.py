@@ -122,7 +122,7 @@ class Search:
         yaw: How far it is turned to and fro in the end [rad], a heading's error,
         pace: and how often [1/s].
         lost: How far the hand may go down or up without anything to press on [m].
-        bent: Part of a lean that fingers give that encoders tell is 1 of this.
+        bent: The lean that fingers give way to, over what encoders tell of it.
     """
 
     feel: FeltForce

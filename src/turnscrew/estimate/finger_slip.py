@@ -126,8 +126,8 @@ class FingerSlip:
             state: Of the last tick.
             moved: (5,) how far each fingertip has moved up the handle since the last tick; see `tip_motion.astray` [m].
             level: (5,) force of each [N].
-            rolled: How far the handle has turned under the fingers since then, around it [m].
             hand_sigma: sigma_h, by how much the hand is read to have moved within `memory` and has not [m].
+            rolled: How far the handle has turned under the fingers since the last tick, around it [m].
             dt: Time since the last tick [s].
         """
         keep = exp(-dt / self.memory)

@@ -184,9 +184,8 @@ def build_reseat(scenario: Scenario, gait: Gait) -> Reseat:
     """The search for a drive that the tip has left."""
     robot, plan, screw = gait.placing.robot, gait.plan, scenario.screw
     gathering = Gathering(robot, plan)
-    in_air = replace(
-        gait, speed=min(gait.speed, IN_AIR), standoff=CLEAR, budget=None, recentre=False
-    )  # at the usual pace, however fast the gait is on the screw
+    # at the usual pace, however fast the gait is on the screw
+    in_air = replace(gait, speed=min(gait.speed, IN_AIR), standoff=CLEAR, budget=None, recentre=False)
     search = Search(FeltForce(robot), scenario.tool.blade_width, screw.slot_depth)
     return Reseat(robot, gathering, AirWalk(in_air, gathering, screw.slot_yaw), search)
 
