@@ -22,8 +22,9 @@ from turnscrew.task.scenario import load
 from turnscrew.task.wiring import build_reseat
 
 PLAN = plan_for(0.018)
-GAIT = Gait(PLAN, Placing(RobotModel(), PLAN), speed=1.0)
-DECIDER = Decider(GAIT, build_reseat(load(None, [], 0), GAIT))
+ROBOT = RobotModel()
+GAIT = Gait(PLAN, Placing(ROBOT, PLAN), speed=1.0)
+DECIDER = Decider(GAIT, build_reseat(load(None, [], 0), PLAN, ROBOT))
 DT = 0.01
 NOBODY = np.zeros(5, dtype=bool)
 TH, FF, MF, RF, LF = range(len(FINGERS))

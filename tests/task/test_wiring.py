@@ -7,7 +7,7 @@ import math
 import pytest
 
 from turnscrew.actuate.position import PositionAdapter
-from turnscrew.actuate.torque import TorqueAdapter
+from turnscrew.actuate.sprung import SprungAdapter
 from turnscrew.control.distribution import Distribution
 from turnscrew.control.optimal_distribution import OptimalDistribution
 from turnscrew.decide.plans import plan_for
@@ -39,8 +39,9 @@ def test_positions_are_the_default():
 
 def test_torques_come_with_their_servo_and_optimal_forces():
     built = blocks("robot.actuation=torque")
-    assert isinstance(built.adapter, TorqueAdapter)
+    assert isinstance(built.adapter, SprungAdapter)
     assert isinstance(built.controller.distribution, OptimalDistribution)
+    assert isinstance(built.controller.carrying, Distribution)
     assert built.between is not None
     assert built.controller.servo.measured
 

@@ -69,6 +69,9 @@ class GaitState:
         near: Whether they have come before the handle.
         stroke: Angle by which the handle is to turn in this stroke [rad].
         ends: Angle of the screw [rad] and its torque on the tool [N.m] at the end of each stroke.
+        at_rest: Its torque when the last roll had come to rest [N.m]; not a number until then.
+        rests: Angle [rad] and torque [N.m] then, of each stroke until now.
+        falls: By how much less it was when the other fingers had taken hold, for each stroke until now [N.m].
     """
 
     phase: Phase
@@ -85,3 +88,6 @@ class GaitState:
     near: bool = False
     stroke: float = 0.0
     ends: tuple[tuple[float, float], ...] = ()
+    at_rest: float = np.nan
+    rests: tuple[tuple[float, float], ...] = ()
+    falls: tuple[float, ...] = ()

@@ -91,7 +91,7 @@ class Reseat:
             estimate: Who touches, and where the joints are.
             theta: Angle of the screw when the tip was last sure to be in its drive [rad].
         """
-        guess = springs_back(gait.ends, theta)
+        guess = springs_back(gait.falls)
         held = gait.gripping & estimate.touching
         return ReseatState(Step.STILL, 0.0, held, gait, theta, *guess, estimate.q, estimate.q)
 

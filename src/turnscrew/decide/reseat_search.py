@@ -49,6 +49,10 @@ DRAGGED = 10.0
 """Longest drag [s]: 24 mm of the hand, of which the fingers give 10, and twice to and fro about the axis."""
 
 
+ASTRAY = 0.01
+"""Distance from the slot's centre at which the tip has no business [m]: a search keeps within 5 mm, and what the camera
+tells of a tool that is pushed about errs by up to 4 mm."""
+
 INSIDE = (Step.ALIGN, Step.DRAG, Step.RIGHT)
 """Steps in which the corner, at least, is in the slot, and the hand follows a tool that is pulled over."""
 
@@ -210,6 +214,9 @@ class Search:
             Step.PRESS: self._press,
         }  # fmt: skip
         state = steps[state.step](state, touch, dt)
+        away = float(np.hypot(*(estimate.p_WT - estimate.p_WS)[:2]))
+        if away > ASTRAY:
+            return state.failed(f"the camera has the tip {1e3 * away:.0f} mm away"), np.zeros(6)
         wanted = self._told(state, touch)
         V, _ = toward(touch.pose, wanted, FOLLOW, SPEED, TURNING)
         V[:3] += (state.corner - before) / dt
@@ -321,15 +328,16 @@ class Search:
         state = changed(state, corner=self._pulled(state, touch, dt), lean=lean)
         if since < 1.1 * self.righting:
             return state
-        return changed(state.to(Step.TURN), held=state.corner, lean=-self._more(touch))
+        return changed(state.to(Step.TURN), held=self._hand(state, touch), lean=-self._more(touch))
 
     def _turn(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
         state = changed(state, corner=self._level(state, touch, dt))
         if state.clock < self.tightening:
-            return changed(state, held=state.corner)
+            return changed(state, held=self._hand(state, touch))
         if state.felt is None or state.clock < 2.0 * self.tightening:
             return state
-        pulled, way = -float(state.felt.slow @ state.along), float((state.corner - state.held) @ state.along)
+        pulled = -float(state.felt.slow @ state.along)
+        way = float((self._hand(state, touch) - state.held) @ state.along)
         if pulled > self.held and way < self.runs:
             return state.to(Step.PRESS)
         return state.failed(f"{pulled:.1f} N hold the tip, and the hand has gone on by {1e3 * way:.0f} mm")
@@ -348,6 +356,11 @@ class Search:
         corner = self._pulled(state, touch, dt)
         corner[2] = state.corner[2]
         return corner
+
+    def _hand(self, state: ReseatState, touch: Touch) -> Array:
+        """(3,) where the corner would be if nothing pushed it, as the hand is now, in W [m]."""
+        p, R = touch.pose
+        return p + R @ corner_T(state.side, 0.5 * self.width)
 
     def _swing(self, state: ReseatState) -> float:
         """To and fro, -1 to 1."""

@@ -132,7 +132,7 @@ class ReseatState:
         lean: Of the tool along its edge [rad].
         surface: Height of the corner on the head, as felt [m].
         rest: The same as told [m].
-        held: (3,) where the corner as told was when the hand had begun to pull at the righted tool, in W [m].
+        held: (3,) where the hand would have had the corner when it began to pull at the righted tool, in W [m].
         way: Direction of the sweep, 1 or -1.
         sweeps: Sweeps made.
         why: What the last attempt came to.

@@ -2,7 +2,8 @@
 
 A spring-like thread asks for `k_s theta`: with full strokes twenty rounds can end at twice what two fingers hold.  What
 they hold is then shared out over the rounds that are still to be made, in shorter strokes.  Where the torque does not
-grow, as in the run-down of a self-locking thread, all strokes are full.
+grow, as in the run-down of a self-locking thread, all strokes are full.  Which of the two it is, hand-overs tell better
+than how the torque grows (`thread_guess`).
 
 Paper: no counterpart; its runs end after five rounds.
 """
@@ -14,9 +15,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-LEAST = float(np.radians(27.0))
+LEAST = float(np.radians(24.0))
 """Shortest turn of the handle in a round [rad]: one that turns the screw by less than `Gait.least_turn`, 22 deg, is
-made again, and up to 5 deg are lost, to the blade's play and to what thread and fingers give back."""
+made again, and a degree is lost, to what thread and fingers give back: at .12 to .2 N.m strokes told to turn by 27 deg
+turned by 26.2 to 28.3."""
+
+
+Ends = Sequence[tuple[float, float]]
+"""Angle [rad] and torque [N.m] at the end of each stroke."""
 
 
 @dataclass(frozen=True)
@@ -33,21 +39,26 @@ class StrokeBudget:
     torque: float
     least: float = LEAST
 
-    def stroke(self, full: float, made: int, ends: Sequence[tuple[float, float]]) -> float:
+    def stroke(self, full: float, made: int, ends: Ends, spring: Ends = ()) -> float:
         """Angle of the next stroke [rad].
 
         Args:
             full: The longest [rad].
             made: Rounds until now.
             ends: Angle of the screw [rad] and its torque on the tool [N.m] at the end of each stroke until now.
+            spring: The same when each stroke had come to rest, if it is a spring that resists; nothing otherwise.
         """
-        left, growth = self.rounds - made, growth_of(ends)
+        left = self.rounds - made
+        growth, torque = growth_of(ends), ends[-1][1] if ends else 0.0
+        if len(spring) > 1:
+            # a spring resists ever more: of two estimates of how much the larger one counts
+            growth, torque = max(_slope(spring), spring[-1][1] / spring[-1][0]), spring[-1][1]
         if growth <= 0.0 or left <= 0:
             return full
-        return float(np.clip((self.torque - ends[-1][1]) / (growth * left), min(self.least, full), full))
+        return float(np.clip((self.torque - torque) / (growth * left), min(self.least, full), full))
 
 
-def growth_of(ends: Sequence[tuple[float, float]]) -> float:
+def growth_of(ends: Ends) -> float:
     """By how much a screw's torque grows with its angle [N.m/rad]; 0 until two strokes have ended.
 
     It is the slope of the line through the ends, where the same fingers read with the same errors, or of the one from
@@ -57,13 +68,17 @@ def growth_of(ends: Sequence[tuple[float, float]]) -> float:
     Args:
         ends: Angle [rad] and torque [N.m] at the end of each stroke.
     """
-    if len(ends) < 2:
+    if len(ends) < 2 or ends[-1][0] <= 0.0:
         return 0.0
+    return min(_slope(ends), ends[-1][1] / ends[-1][0])
+
+
+def _slope(ends: Ends) -> float:
+    """Of the line through the ends [N.m/rad]; 0 where the angle has not changed."""
     theta, torque = np.transpose(ends)
-    if np.ptp(theta) == 0.0 or theta[-1] <= 0.0:
-        return 0.0
     across = theta - theta.mean()
-    return min(float(across @ torque / (across @ across)), float(torque[-1] / theta[-1]))
+    square = float(across @ across)
+    return float(across @ torque) / square if square > 0.0 else 0.0
 
 
 def pinch_torque(radius: float, friction: float, squeeze: float, thrust: float) -> float:

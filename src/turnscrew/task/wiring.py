@@ -9,6 +9,7 @@ import numpy as np
 from numpy.random import Generator
 
 from turnscrew.actuate.position import PositionAdapter
+from turnscrew.actuate.sprung import SprungAdapter
 from turnscrew.actuate.torque import TorqueAdapter
 from turnscrew.contact.tool_dynamics import ToolInertia
 from turnscrew.control.controller import Controller
@@ -127,7 +128,7 @@ class Blocks:
     estimator: ToolEstimator
     decider: Decider
     controller: Controller
-    adapter: PositionAdapter | TorqueAdapter
+    adapter: PositionAdapter | SprungAdapter
     between: BetweenTicks | None = None
 
 
@@ -172,22 +173,28 @@ def build_blocks(scenario: Scenario, plan: GaitPlan, robot: RobotModel, believed
     return Blocks(
         sensors=build_sensors(scenario, plan),
         estimator=build_estimator(scenario, plan, robot, inertia, believed_radius),
-        # a hand that takes torques is not stiff enough to feel for a slot with
-        decider=Decider(gait.faster(scenario.speed.gait), None if torque else build_reseat(scenario, gait)),
+        decider=Decider(gait.faster(scenario.speed.gait), build_reseat(scenario, plan, robot)),
         controller=build_controller(scenario, robot, inertia),
-        adapter=TorqueAdapter(robot, scenario.control.palm_weight) if torque else PositionAdapter(robot),
+        adapter=build_adapter(scenario, robot),
         between=BetweenTicks(robot, scenario.screw.pitch) if torque else None,
     )
 
 
-def build_reseat(scenario: Scenario, gait: Gait) -> Reseat:
+def build_adapter(scenario: Scenario, robot: RobotModel) -> PositionAdapter | SprungAdapter:
+    """What makes commands of what the contacts are to do, by what the robot accepts."""
+    positions = PositionAdapter(robot)
+    if scenario.robot.actuation == "position":
+        return positions
+    return SprungAdapter(TorqueAdapter(robot, scenario.control.palm_weight), positions)
+
+
+def build_reseat(scenario: Scenario, plan: GaitPlan, robot: RobotModel) -> Reseat:
     """The search for a drive that the tip has left."""
-    robot, plan, screw = gait.placing.robot, gait.plan, scenario.screw
     gathering = Gathering(robot, plan)
-    # at the usual pace, however fast the gait is on the screw
-    in_air = replace(gait, speed=min(gait.speed, IN_AIR), standoff=CLEAR, budget=None, recentre=False)
-    search = Search(FeltForce(robot), scenario.tool.blade_width, screw.slot_depth)
-    return Reseat(robot, gathering, AirWalk(in_air, gathering, screw.slot_yaw), search)
+    # at the usual pace, however fast the gait is on the screw, and on servos or on springs that are like them
+    in_air = Gait(plan, Placing(robot, plan), min(scenario.speed.turning, IN_AIR), standoff=CLEAR, recentre=False)
+    search = Search(FeltForce(robot), scenario.tool.blade_width, scenario.screw.slot_depth)
+    return Reseat(robot, gathering, AirWalk(in_air, gathering, scenario.screw.slot_yaw), search)
 
 
 def build_budget(scenario: Scenario, rounds: int, radius: float, gait: Gait) -> StrokeBudget:
@@ -207,9 +214,10 @@ def build_controller(scenario: Scenario, robot: RobotModel, inertia: ToolInertia
     if scenario.control.forces == "null-space":
         # torques press as told: there is nothing to make up for by an integral, and no posture that would be bent away
         most = scenario.control.largest_squeeze
-        return Controller(servo, Distribution(friction, most=most, rate=0.0, fixed=scenario.control.squeeze))
+        sharing = Distribution(friction, most=most, rate=0.0, fixed=scenario.control.squeeze)
+        return Controller(servo, sharing, Distribution(friction))
     most, expected = scenario.control.largest_squeeze, believed_friction(scenario)
-    return Controller(servo, OptimalDistribution(robot, friction, expected, most=most))
+    return Controller(servo, OptimalDistribution(robot, friction, expected, most=most), Distribution(friction))
 
 
 def build_sensors(scenario: Scenario, plan: GaitPlan) -> Sensors:

@@ -168,7 +168,7 @@ class HeldGrasp:
         blocks = replace(loop.blocks, controller=controller)
         tracking = Tracking(blocks.estimator, state.estimator, self.estimate, loop.dt)
         held = HeldLoop(self.plant, blocks, self.goal, tracking, self.period, self.steps, loop.beats)
-        return held, held.init(state.joints, _integrated(state.controller, gain), state.adapter)
+        return held, held.init(state.joints, _integrated(state.controller, gain), state.adapter.posture)
 
     def react(self, delay: int, kick: Array, seconds: float, gain: float = 1.0) -> Reaction:
         """What the whole loop does from here, estimator and sensors and their noise included.

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from turnscrew.actuate.postures import Posture
+from turnscrew.actuate.sprung import SprungAdapter
 from turnscrew.actuate.torque import TorqueAdapter
 from turnscrew.control.controller import ControllerState
 from turnscrew.errors import ScenarioError
@@ -117,9 +118,9 @@ class HeldLoop:
 
     @property
     def _adapter(self) -> TorqueAdapter:
-        if not isinstance(self.blocks.adapter, TorqueAdapter):
+        if not isinstance(self.blocks.adapter, SprungAdapter):
             raise ScenarioError(TORQUE_ONLY)
-        return self.blocks.adapter
+        return self.blocks.adapter.seated
 
     def _estimate(self, last: Last) -> Estimate:
         known = self.tracking.known
