@@ -17,8 +17,8 @@ from turnscrew.study.disturbances.reading_faults import frozen
 from turnscrew.study.disturbances.table import seconds, spoiling
 from turnscrew.task.fasten import Run
 
-MOMENT = (1.0, 12.0)
-"""When a mishap begins, from and to [s]: after the first grip, and in the first three of a run's five rounds."""
+MOMENT = (1.0, 7.0)
+"""When a mishap begins, from and to [s]: after the first grip, and before the quickest run of five rounds is over."""
 
 PUSH = 5.0
 """Of a push [N]: as much as the tip is pressed with."""
