@@ -57,15 +57,15 @@ def test_growth_is_a_springs_whatever_share_of_it_is_read():
     assert growth_of([(0.9, 0.01), (0.9, 0.03)]) == 0.0
 
 
-def test_a_spring_whose_growth_is_in_doubt_is_taken_for_the_stiffer_one():
+def test_a_spring_counts_in_proportion_to_its_angle():
     budget, ends = StrokeBudget(20, torque=0.15), ((0.9, 0.030), (1.8, 0.032))
     # by their slope they would hardly grow, from nothing to the last they do by .0178 N.m/rad
     assert budget.stroke(FULL, 2, ends) == FULL
     wary = budget.stroke(FULL, 2, ends, spring=ends)
     assert wary == pytest.approx(max((0.15 - 0.032) / (0.032 / 1.8 * 18), budget.least))
-    # and the other way round: .06 N.m/rad by their slope
-    steep = ((0.9, 0.010), (1.8, 0.064))
-    assert budget.stroke(FULL, 18, steep, spring=steep) == pytest.approx((0.15 - 0.064) / (0.06 * 2))
+    # one that is read too low at rest makes no stroke longer
+    steep = ((0.9, 0.040), (1.8, 0.080))
+    assert budget.stroke(FULL, 18, steep, spring=((0.9, 0.0), (1.8, 0.01))) == budget.stroke(FULL, 18, steep)
     # one stroke alone tells nothing
     assert budget.stroke(FULL, 1, ends[:1], spring=ends[:1]) == FULL
 

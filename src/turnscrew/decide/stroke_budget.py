@@ -48,14 +48,13 @@ class StrokeBudget:
             ends: Angle of the screw [rad] and its torque on the tool [N.m] at the end of each stroke until now.
             spring: The same when each stroke had come to rest, if it is a spring that resists; nothing otherwise.
         """
-        left = self.rounds - made
-        growth, torque = growth_of(ends), ends[-1][1] if ends else 0.0
+        left, growth = self.rounds - made, growth_of(ends)
         if len(spring) > 1:
-            # a spring resists ever more: of two estimates of how much the larger one counts
-            growth, torque = max(_slope(spring), spring[-1][1] / spring[-1][0]), spring[-1][1]
+            # a spring resists in proportion, however little it seems to from one end to the next
+            growth = max(growth, spring[-1][1] / spring[-1][0])
         if growth <= 0.0 or left <= 0:
             return full
-        return float(np.clip((self.torque - torque) / (growth * left), min(self.least, full), full))
+        return float(np.clip((self.torque - ends[-1][1]) / (growth * left), min(self.least, full), full))
 
 
 def growth_of(ends: Ends) -> float:
@@ -68,17 +67,13 @@ def growth_of(ends: Ends) -> float:
     Args:
         ends: Angle [rad] and torque [N.m] at the end of each stroke.
     """
-    if len(ends) < 2 or ends[-1][0] <= 0.0:
+    if len(ends) < 2:
         return 0.0
-    return min(_slope(ends), ends[-1][1] / ends[-1][0])
-
-
-def _slope(ends: Ends) -> float:
-    """Of the line through the ends [N.m/rad]; 0 where the angle has not changed."""
     theta, torque = np.transpose(ends)
+    if np.ptp(theta) == 0.0 or theta[-1] <= 0.0:
+        return 0.0
     across = theta - theta.mean()
-    square = float(across @ across)
-    return float(across @ torque) / square if square > 0.0 else 0.0
+    return min(float(across @ torque / (across @ across)), float(torque[-1] / theta[-1]))
 
 
 def pinch_torque(radius: float, friction: float, squeeze: float, thrust: float) -> float:
