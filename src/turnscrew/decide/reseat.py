@@ -34,11 +34,17 @@ ROOM = 0.05
 LEVEL = np.radians(1.5)
 """Lean in the hand that counts as upright [rad], three sigmas of what the camera leaves of doubt."""
 
+PLACED = 0.003
+"""How far the handle may be from its place in the hand [m]: three sigmas of the camera, half of `STANDOFF`."""
+
 TURNED = np.radians(2.0)
 """What may be left of a turn in the air [rad]: the arm does the rest."""
 
 WALKED = 40.0
 """Longest walk [s]: three strokes at the usual pace take 15."""
+
+AIMS = 3
+"""How often fingers are sent for the handle in an attempt: the first time the camera may still err by a centimetre."""
 
 FIRST = 0.1
 """Share of the load that a finger takes when it has just touched, as in the gait."""
@@ -56,12 +62,12 @@ class Reseat:
         squeeze: Normal force of each finger [N], as in the gait.
         speed: Largest speed of the tip in the air [m/s],
         turning: and of the orientation [rad/s].
-        hover: Height over the head from which the camera looks [m].
-        near: How near the tool comes before that [m].
+        near: How near the tool comes before the camera looks [m].
         reachable: Error of the palm from which on the arm cannot bring the tool to a heading [m].
         take: Time in which a touching finger takes its share of the load [s].
         closing: Speed of a finger that feels for the handle [m/s], as in the gait.
         still, aim, level, approach, look, feel: Longest times of these steps [s].
+        settled: Shortest time of those that end when the tool is where it should be [s].
     """
 
     robot: RobotModel
@@ -71,12 +77,12 @@ class Reseat:
     squeeze: float = 4.0
     speed: float = 0.03
     turning: float = 0.3
-    hover: float = 0.005
     near: float = 0.0015
     reachable: float = 0.001
     take: float = 0.3
     closing: float = 0.015
-    still: float = 0.5
+    still: float = 1.0
+    settled: float = 0.5
     aim: float = 0.6
     feel: float = 2.5
     level: float = 3.0
@@ -123,13 +129,21 @@ class Reseat:
         return (state.to(Step.LIFT) if state.clock > self.still else state), STILL
 
     def _lift(self, state: ReseatState, estimate: Estimate, dt: float) -> Moved:
-        motion = self.gathering.lifting(self._above(estimate))
-        if self._above(estimate) < self.gathering.height or state.clock < self.still:
+        motion = self.gathering.lifting(state, estimate, self._above(estimate))
+        if self._above(estimate) < self.gathering.height or state.clock < self.settled:
             return state, motion
+        # a search that failed may have taken the handle out of a finger
+        held = state.gripping & estimate.touching
+        state = changed(state, gripping=held) if held.sum() > 1 else state
         if state.gripping[FOUR].all():
             return state.to(Step.LEVEL), motion
+        placed = np.linalg.norm(self.gathering.off(state, estimate)) < PLACED
+        return (self._aimed(state, estimate) if placed or state.clock > self.level else state), motion
+
+    def _aimed(self, state: ReseatState, estimate: Estimate) -> ReseatState:
+        """The state with those of the four that do not hold sent for the handle."""
         target = self.gathering.before_handle(state, estimate)
-        return changed(state.to(Step.AIM), q_from=estimate.q, q_target=target), motion
+        return changed(state.to(Step.AIM), q_from=estimate.q, q_target=target, aims=state.aims + 1)
 
     def _aim(self, state: ReseatState, estimate: Estimate, dt: float) -> Moved:
         return (state.to(Step.FEEL) if state.clock > self.aim else state), STILL
@@ -138,6 +152,9 @@ class Reseat:
         joined = FOUR & ~state.gripping & estimate.touching
         taken = 0.0 if joined.any() else state.taken
         state = changed(state, gripping=state.gripping | joined, taken=taken)
+        if state.clock > self.feel and state.aims < AIMS and not state.gripping[FOUR].all():
+            # the handle is not where it was taken to be, and by now the camera has seen more of it
+            return self._aimed(state, estimate), STILL
         over = bool(state.gripping[FOUR].all()) or state.clock > self.feel
         return (state.to(Step.LEVEL) if over else state), STILL
 
@@ -145,12 +162,15 @@ class Reseat:
         if state.clock < self.take:
             return state, STILL
         motion = self.gathering.righting(state, estimate)
-        upright = np.linalg.norm(self.gathering.lean(estimate)) < LEVEL and state.clock > self.still
+        upright = np.linalg.norm(self.gathering.lean(estimate)) < LEVEL and state.clock > self.settled
         if not upright and state.clock < self.level:
             return state, motion
         error, chosen = self._choose(state, estimate)
         if error < self.reachable or state.walked:
             return chosen.to(Step.HOVER), motion
+        if not (state.gripping & estimate.touching)[FOUR].all():
+            # it would let go of the tool
+            return state.failed("fewer than four fingers have found the tool"), motion
         return self.walk.begin(state.to(Step.WALK), estimate), motion
 
     def _walk(self, state: ReseatState, estimate: Estimate, dt: float) -> tuple[ReseatState, Goal]:
@@ -190,12 +210,12 @@ class Reseat:
         return Motion(seen_from(V, estimate.p_WT, palm), np.zeros(6)), off
 
     def _hover(self, state: ReseatState, estimate: Estimate, dt: float) -> Moved:
-        motion, off = self._carry(state, estimate, self.hover + 0.003, 2.0)
-        there = off < self.near and state.clock > self.still
+        motion, off = self._carry(state, estimate, self.search.hover + 0.003, 2.0)
+        there = off < self.near and state.clock > self.settled
         return (state.to(Step.LOOK) if there or state.clock > self.approach else state), motion
 
     def _look(self, state: ReseatState, estimate: Estimate, dt: float) -> Moved:
-        motion, _ = self._carry(state, estimate, self.hover, 1.0)
+        motion, _ = self._carry(state, estimate, self.search.hover, 1.0)
         # locked fingers take a second to come to rest
         since = state.clock - 1.0
         q = estimate.q + estimate.offset
@@ -203,7 +223,7 @@ class Reseat:
         state = changed(state, q_from=mean)
         if state.clock < self.look:
             return state, motion
-        corner = self.search.over(state, estimate, self.hover)
+        corner = self.search.over(state, estimate, self.search.hover)
         return self.search.begin(state, estimate, corner, mean), motion
 
     def _search(self, state: ReseatState, estimate: Estimate, dt: float) -> Moved:

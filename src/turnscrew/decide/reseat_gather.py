@@ -44,6 +44,7 @@ class Gathering:
         lift: Speed of it [m/s]; a tenth for what the estimate leaves.
         rate: At which a lean is removed [1/s],
         turning: and at most how fast [rad/s]: the tip moves by 30 mm/s.
+        placing: Largest speed at which a handle is brought back to its place in the hand [m/s].
     """
 
     robot: RobotModel
@@ -52,15 +53,23 @@ class Gathering:
     lift: float = 0.02
     rate: float = 2.0
     turning: float = 0.25
+    placing: float = 0.01
 
-    def lifting(self, above: float) -> Motion:
-        """The arm lifts the tool.
+    def lifting(self, state: ReseatState, estimate: Estimate, above: float) -> Motion:
+        """The arm lifts the tool; once it is up, two fingers bring it to its place in the hand, before others come.
 
         Args:
+            state: Who holds.
+            estimate: Pose of the tool, contacts.
             above: Height of the tip over the head [m].
         """
         up = min(self.lift, 4.0 * max(self.height + 0.003 - above, 0.0) + 0.1 * self.lift)
-        return Motion(np.array([0.0, 0.0, up, 0.0, 0.0, 0.0]), np.zeros(6))
+        palm = np.array([0.0, 0.0, up, 0.0, 0.0, 0.0])
+        if above < self.height or state.gripping[FOUR].all():
+            return Motion(palm, np.zeros(6))
+        tool, off = self.righting(state, estimate).tool, self.off(state, estimate)
+        tool[:3] += off * min(self.rate, self.placing / max(float(np.linalg.norm(off)), 1e-9))
+        return Motion(palm, tool)
 
     def before_handle(self, state: ReseatState, estimate: Estimate) -> Array:
         """(28,) postures that bring those of the four that do not hold before the handle [rad].
@@ -89,6 +98,20 @@ class Gathering:
         _, R_plan = self.robot.palm(self.plan.rolling(0.0))
         _, R = self.robot.palm(estimate.q)
         return rotation_vector(between(estimate.R_WT[:, 2], R @ R_plan.T @ self.plan.R_WT[:, 2]))
+
+    def off(self, state: ReseatState, estimate: Estimate) -> Array:
+        """(3,) way in W from the handle, where fingers hold it, to its place in the hand [m].
+
+        A tool that has been knocked out may have slid up between the fingers by more than a centimetre: there it lies
+        against the roots of those that are to come, and the walk's places are beyond their reach.
+        """
+        if not state.gripping.any():
+            return np.zeros(3)
+        (p_plan, R_plan), (p, R) = self.robot.palm(self.plan.rolling(0.0)), self.robot.palm(estimate.q)
+        turn, axis = R @ R_plan.T, estimate.R_WT[:, 2]
+        height = float((estimate.c_W[state.gripping].mean(axis=0) - estimate.p_WT) @ axis)
+        lean = turn @ self.plan.R_WT[:, 2] - axis
+        return np.asarray(p + turn @ (self.plan.p_WS - p_plan) - estimate.p_WT + height * lean)
 
     def righting(self, state: ReseatState, estimate: Estimate, turn_rate: float = 0.0) -> Motion:
         """The fingers right the tool about where they hold it.

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from turnscrew.decide.felt_force import FeltForce
 from turnscrew.decide.reseat_pose import corner_T, leaning, seen_from, toward
+from turnscrew.decide.reseat_sizes import SearchSizes
 from turnscrew.decide.reseat_state import Felt, ReseatState, Step
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import exp_so3
@@ -39,8 +39,8 @@ DEEPER, HIGHER = 0.001, 0.001
 MORE = 0.17
 """The largest lean that is made up for [rad], as much as the tool leans itself."""
 
-TOUCHED, CAUGHT, HELD = 0.02, 0.05, 0.1
-"""How long the head, a drop, the slot's end must be felt [s]: noise that fingers tell lasts a tick or two."""
+TOUCHED, CAUGHT, HELD = 0.02, 0.1, 0.1
+"""How long the head, a drop, the slot's end must be felt [s]: noise of forces lasts a tick or two, of heights .1 s."""
 
 GIVING = 0.012
 """How fast the hand gives way to a wall while the tip is to stay [m/s]: it is 6 mm ahead of one that is stopped."""
@@ -65,7 +65,9 @@ class Touch(NamedTuple):
 
     Attributes:
         pose: The tool's if nothing pushed it: p_WT (3,) in W [m], R_WT (3, 3).
-        corner: (3,) where its lowest corner is, as the fingers have given way, in W [m].
+        corner: (3,) where its lowest corner is, as the fingers have given way, in W [m]: true to a tenth of a
+            millimetre in height, but a tip that is held back sideways also turns in the fingers, by millimetres.
+        seen: (3,) where the camera has it [m], which errs by a millimetre.
         lag: (3,) how far the corner would be from there if nothing pushed it [m].
         force: (3,) what pushes the tip, in W [N].
         drop: How far the corner is below the head [m].
@@ -74,6 +76,7 @@ class Touch(NamedTuple):
 
     pose: tuple[Array, Array]
     corner: Array
+    seen: Array
     lag: Array
     force: Array
     drop: float
@@ -81,90 +84,8 @@ class Touch(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Search:
-    """Sizes, speeds and forces of the search.
-
-    Attributes:
-        feel: What the locked fingers tell.
-        width: Of the blade [m].
-        depth: Of the slot [m].
-        lean: Of the tool [rad]: a corner that is 2 mm inside sinks by .9 mm before the edge meets the other end.
-        press: Force on the head [N]: friction then holds less than .5 N, and a corner drops in at once.
-        firm: The same while the tool is righted [N]: what fingers tell meanwhile errs by half a newton.
-        give_way: How fast the hand gives way to a force beyond that [m/s/N]: fingers are .4 mm/N soft upwards.
-        land: Speed downwards [m/s].
-        ahead: How far towards the slot's end from its middle the corner comes down [m]: half of what there is.
-        aside: How far beside the slot [m]: three times what the camera leaves of doubt in LOOK.
-        beyond: How far on the other side it is looked for [m]: the head goes on for 4.5 mm.
-        stuck: How far the hand may be ahead of a tip that does not follow [m].
-        sweep: Speed on the head [m/s].
-        sweeps: After how many sweeps there is no slot.
-        dropped: How far the corner falls where there is a slot [m], what is felt of heights errs by a third of it.
-        around: How far the tool is turned to either side to find the slot's heading [rad]: a tool that winds up in the
-            fingers, and turns on while its loss goes unnoticed, leaves 8 deg of doubt; from 3 deg on the blade sinks.
-        ease: Time before that in which the hand gives way to a wall that has stopped it [s]: a blade that is pushed
-            against one leaves the slot as it turns, and bent fingers tell the height wrong.
-        scan: How fast [rad/s]: .1 s of feeling is a degree.
-        sunk: How far the corner sinks where the blade is parallel to the slot [m].  A blade that leans by 10 deg, and
-            is turned from the slot by a, gets in as far as .2 mm of play let it, .035 mm / tan a: .4 mm at 5 deg,
-            .67 mm at 3 deg, and .8 mm before it meets the slot's other end; .1 to .2 mm more are felt.
-        past: How far beyond where it begins to sink so far the slot's heading is [rad].
-        end: Force at which the slot's end is found [N], twice what friction can hold,
-        most: and where the hand stops pulling [N].
-        pull: Force with which the blade is held against it while it is righted [N]: fingers that are bent by more tell
-            heights and forces so wrong that the hand lifts the blade out.
-        hold: The same in the end, to see whether it is in [N]: on the head, friction holds half of that.
-        tightening: Time in which the hand pulls so far [s], and then as long again.
-        held: What must be left of that, on the average, for the tip to be in [N],
-        runs: and how far the hand may go on meanwhile [m], 4 mm where fingers creep: on the head it would run away
-            from the tip by 10 mm.
-        slacken: Time in which the hand goes back until then [s].
-        pressing: Time for which the blade is pressed in the end [s]: a pull lifts it by some tenths of a millimetre.
-        soft: How far the hand moves for a newton sideways, in a second [m/s/N]: twice a second what the fingers give.
-        rest: Time for which it rests on the head [s].
-        righting: Time in which the tool is righted [s].
-        yaw: How far it is turned to and fro in the end [rad], a heading's error,
-        pace: and how often [1/s].
-        lost: How far the hand may go down or up without anything to press on [m].
-        bent: The lean that fingers give way to, over what encoders tell of it.
-    """
-
-    feel: FeltForce
-    width: float
-    depth: float
-    lean: float = np.radians(10.0)
-    press: float = 0.7
-    firm: float = 1.2
-    give_way: float = 0.004
-    land: float = 0.003
-    ahead: float = 0.0015
-    aside: float = 0.0022
-    beyond: float = 0.0032
-    stuck: float = 0.010
-    sweep: float = 0.004
-    sweeps: int = 3
-    dropped: float = 0.00035
-    around: float = np.radians(7.0)
-    ease: float = 1.0
-    scan: float = 0.15
-    sunk: float = 0.00075
-    past: float = np.radians(2.0)
-    end: float = 1.0
-    most: float = 1.8
-    pull: float = 0.3
-    hold: float = 1.2
-    tightening: float = 2.5
-    held: float = 0.7
-    runs: float = 0.006
-    slacken: float = 1.5
-    pressing: float = 1.0
-    soft: float = 0.012
-    righting: float = 3.0
-    rest: float = 0.8
-    yaw: float = np.radians(5.0)
-    pace: float = 0.5
-    lost: float = 0.006
-    bent: float = 1.3
+class Search(SearchSizes):
+    """The search, once the tip comes down, with its sizes, speeds and forces."""
 
     def over(self, state: ReseatState, estimate: Estimate, above: float) -> Array:
         """(3,) where the lowest corner is to be before it comes down, in W [m].
@@ -187,8 +108,7 @@ class Search:
         """
         felt = self.feel.init(q, estimate)
         return changed(
-            state.to(Step.LAND), felt=felt, corner=corner, lean=self.lean, slot=estimate.p_WS, way=1.0,
-            sweeps=0,
+            state.to(Step.LAND), felt=felt, corner=corner, lean=self.lean, slot=estimate.p_WS,
         )  # fmt: skip
 
     def update(self, state: ReseatState, estimate: Estimate, dt: float) -> tuple[ReseatState, Array]:
@@ -228,17 +148,22 @@ class Search:
         corner = corner_T(state.side, 0.5 * self.width)
         there = p + felt.give[:3] + exp_so3(felt.give[3:]) @ R @ corner
         more = state.side * float(felt.give[3:] @ state.across)
-        lag = p + R @ corner - there
-        return Touch((p, R), there, lag, felt.force, state.surface - float(there[2]), more)
+        seen = estimate.p_WT + estimate.R_WT @ corner
+        lag = p + R @ corner - seen
+        return Touch((p, R), there, seen, lag, felt.force, state.surface - float(there[2]), more)
 
     def _told(self, state: ReseatState, touch: Touch) -> tuple[Array, Array]:
         """Pose of the tool if nothing pushed it; once the corner is in, less the lean by which it is pulled over."""
         more, turn = 0.0, state.turn
         if state.step in INSIDE:
-            more = self._more(touch)
+            # little by little, for a corner that is not in after all would slip away
+            more = self._more(touch) * (min(state.clock / self.ease, 1.0) if state.step is Step.ALIGN else 1.0)
         if state.step in (Step.DRAG, Step.RIGHT, Step.TURN):
             turn = self.yaw * self._swing(state)
-        return leaning(state.corner, state.heading + turn, state.side, state.lean - more, 0.5 * self.width)
+        corner = state.corner
+        if state.step is Step.SWEEP:
+            corner = corner + self.tapped * np.sin(2.0 * np.pi * self.tapping * state.clock) * Z
+        return leaning(corner, state.heading + turn, state.side, state.lean - more, 0.5 * self.width)
 
     def _more(self, touch: Touch) -> float:
         """The lean by which the tool is pulled over [rad]."""
@@ -255,6 +180,9 @@ class Search:
         seen = state.seen + dt if float(touch.force[2]) > 0.6 * self.press else 0.0
         state = changed(state, corner=corner, seen=seen)
         above = float(touch.corner[2] - state.slot[2]) - self.depth
+        if seen > TOUCHED and above > 0.5 * self.hover and state.felt is not None:
+            # there is nothing yet: fingers that are still coming to rest
+            return changed(state, felt=state.felt.zeroed(), seen=0.0)
         if seen > TOUCHED:
             near = abs(above) < NEAR
             return state.to(Step.REST) if near else state.failed(f"felt {1e3 * above:.1f} mm over the head")
@@ -269,24 +197,27 @@ class Search:
         return changed(state.to(Step.SWEEP), rest=float(state.corner[2]), felt=state.felt.levelled())
 
     def _sweep(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
-        corner = self._pressed(state, touch, dt) + state.way * self.sweep * dt * state.across
+        corner = self._pressed(state, touch, dt) + self.sweep * dt * state.across
         # a force that is read wrong must not lift the tip off, nor press it into a slot's rim
         corner[2] = min(max(corner[2], state.rest - DEEPER), state.rest + HIGHER)
         surface = state.surface
         if touch.drop < 0.5 * self.dropped:
             surface += dt / 0.4 * (float(touch.corner[2]) - surface)
         # a blade that is turned by 8 deg sinks too little to be felt, but does not get on
-        stopped = -state.way * float(touch.force @ state.across) > self.end
-        seen = state.seen + dt if touch.drop > self.dropped or stopped else 0.0
+        stopped = -float(touch.force @ state.across) > self.end
+        across = float((touch.seen - state.slot) @ state.across)
+        # a corner that is seen elsewhere swings, or sticks
+        caught = (touch.drop > self.dropped or stopped) and abs(across) < self.doubt
+        seen = state.seen + dt if caught else 0.0
         state = changed(state, corner=corner, surface=surface, seen=seen)
         if seen > CAUGHT:
             return changed(state.to(Step.ALIGN), turn=0.0, sunk=0.0, sunk_at=0.0)
-        across = state.way * float((touch.corner - state.slot) @ state.across)
-        if across < self.beyond and state.way * float(touch.lag @ state.across) < self.stuck:
+        if across < self.beyond and float(touch.lag @ state.across) < self.stuck:
             return state
         if state.sweeps + 1 >= self.sweeps:
             return state.failed("no slot where it was looked for")
-        return changed(state, way=-state.way, sweeps=state.sweeps + 1)
+        # fingers that have been bent so far rest elsewhere, and tell forces wrong: from where nothing pushes once more
+        return changed(state.to(Step.HOVER), sweeps=state.sweeps + 1)
 
     def _align(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
         corner = self._pressed(state, touch, dt) + self._aside(state, touch, dt)
@@ -302,7 +233,9 @@ class Search:
         seen = state.seen + dt if touch.drop > self.sunk else 0.0
         state = changed(state, seen=seen)
         if seen > HELD:
-            return state.found(state.turn + way * self.past).to(Step.DRAG)
+            # a blade that has sunk before it was turned is as parallel as can be told
+            begun = abs(state.turn) > 2.0 * self.scan * HELD
+            return state.found(state.turn + way * self.past if begun else 0.0).to(Step.DRAG)
         if first * state.turn > -self.around:
             return state
         if state.sunk < 0.5 * self.dropped:
@@ -311,7 +244,7 @@ class Search:
 
     def _drag(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
         pulled = -float(touch.force @ state.along)
-        rate = min(max(self.soft * (self.most - pulled), 0.0), self.sweep)
+        rate = min(max(self.soft * (self.most - pulled), 0.0), self.haul)
         corner = self._pressed(state, touch, dt) + rate * dt * state.along + self._aside(state, touch, dt)
         # what is felt swings with the tool
         found = state.felt is not None and -float(state.felt.slow @ state.along) > self.end
@@ -319,8 +252,14 @@ class Search:
         # a blade that is jammed between the slot's walls comes free in half a swing
         if state.seen > 0.5 / self.pace:
             return state.to(Step.RIGHT)
-        adrift = abs(float(corner[2]) - state.rest) > self.lost
+        adrift = abs(float(corner[2]) - state.rest) > self.lost or self._left(state, touch)
         return state.failed("the slot has no end") if adrift or state.clock > DRAGGED else state
+
+    def _left(self, state: ReseatState, touch: Touch) -> bool:
+        """Whether the corner is where no slot is."""
+        way = touch.seen - state.slot
+        beyond = float(way @ state.along) - 0.5 * self.width
+        return beyond > self.ahead_seen or abs(float(way @ state.across)) > self.astray
 
     def _right(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
         since = max(state.clock - self.slacken, 0.0)
@@ -332,12 +271,12 @@ class Search:
 
     def _turn(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
         state = changed(state, corner=self._level(state, touch, dt))
-        if state.clock < self.tightening:
+        if state.felt is None or state.clock < self.tightening:
             return changed(state, held=self._hand(state, touch))
-        if state.felt is None or state.clock < 2.0 * self.tightening:
-            return state
         pulled = -float(state.felt.slow @ state.along)
         way = float((self._hand(state, touch) - state.held) @ state.along)
+        if way < self.runs and state.clock < 2.0 * self.tightening:
+            return state
         if pulled > self.held and way < self.runs:
             return state.to(Step.PRESS)
         return state.failed(f"{pulled:.1f} N hold the tip, and the hand has gone on by {1e3 * way:.0f} mm")
@@ -346,7 +285,11 @@ class Search:
         slack = state.clock > self.slacken
         corner = self._pulled(state, touch, dt) if slack else self._level(state, touch, dt)
         state = changed(state, corner=corner)
-        return state.to(Step.DONE) if state.clock > self.slacken + self.pressing else state
+        if state.clock < self.slacken + self.pressing:
+            return state
+        off = touch.seen - state.slot - 0.5 * self.width * state.along
+        beside = max(abs(float(off @ state.along)), abs(float(off @ state.across)))
+        return state.to(Step.DONE) if beside < self.beside else state.failed("the tip is seen beside the drive")
 
     def _level(self, state: ReseatState, touch: Touch, dt: float) -> Array:
         """(3,) the corner as told, pulled at as wanted.
@@ -369,11 +312,11 @@ class Search:
     def _pulled(self, state: ReseatState, touch: Touch, dt: float) -> Array:
         """(3,) the corner as told, moved so that it is pressed and held against the slot's end as wanted."""
         missing = (self.pull if state.step in SLACK else self.hold) + float(touch.force @ state.along)
-        step = min(max(self.soft * missing, -self.sweep), self.sweep) * dt
+        step = min(max(self.soft * missing, -self.haul), self.haul) * dt
         return self._pressed(state, touch, dt) + step * state.along + self._aside(state, touch, dt)
 
     def _aside(self, state: ReseatState, touch: Touch, dt: float) -> Array:
         """(3,) how far the corner as told gives way to a wall of the slot [m]."""
         push = self.soft * float(touch.force @ state.across)
-        most = GIVING if state.step is Step.ALIGN else self.sweep
+        most = GIVING if state.step is Step.ALIGN else self.haul
         return np.asarray(min(max(push, -most), most) * dt * state.across)

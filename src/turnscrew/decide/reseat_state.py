@@ -40,7 +40,7 @@ class Step(StrEnum):
     REST = "rest"
     """How high the head is."""
     SWEEP = "sweep"
-    """Across the slot, to and fro, until the corner drops in."""
+    """Across the slot, until the corner drops in; where it has not, HOVER again."""
     ALIGN = "align"
     """To and fro about the corner: where the blade is parallel to the slot, it sinks."""
     DRAG = "drag"
@@ -65,9 +65,9 @@ CARRIED = (Step.HOVER, Step.LOOK)
 pushed, and moves in the fingers by a millimetre or two."""
 
 
-ATTEMPTS = 8
-"""Attempts before the run is given up: in doubt two at the likelier heading, two at the other, and all of that again;
-they take 15 to 35 s each."""
+ATTEMPTS = 16
+"""Attempts before the run is given up: in doubt two at the likelier heading, two at the other, and all of that four
+times; a third of them finds the slot, and they take 10 to 30 s each."""
 
 SIDEWAYS = np.array([1.0, 1.0, 0.0])
 """Of a force all but what presses the tip on the head."""
@@ -97,7 +97,13 @@ class Felt:
 
     def levelled(self) -> Felt:
         """The same where nothing pushes sideways: what has been felt lately is no force."""
-        zero = self.slow * SIDEWAYS
+        return self._less(self.slow * SIDEWAYS)
+
+    def zeroed(self) -> Felt:
+        """The same where nothing pushes at all."""
+        return self._less(self.force)
+
+    def _less(self, zero: Array) -> Felt:
         return changed(self, zero=self.zero + zero, force=self.force - zero, slow=self.slow - zero)
 
 
@@ -120,6 +126,7 @@ class ReseatState:
         corner: (3,) where the lowest corner of the blade is to be, in W, if nothing pushed it [m].
         attempt: Attempts until now.
         taken: Time since a finger has joined [s].
+        aims: How often fingers that do not hold have been sent for the handle in this attempt.
         seen: For how long what the step waits for has been so [s].
         left: Angle by which the tool is still to be turned in the air [rad].
         walked: Whether it has been turned as far as it should.
@@ -133,8 +140,7 @@ class ReseatState:
         surface: Height of the corner on the head, as felt [m].
         rest: The same as told [m].
         held: (3,) where the hand would have had the corner when it began to pull at the righted tool, in W [m].
-        way: Direction of the sweep, 1 or -1.
-        sweeps: Sweeps made.
+        sweeps: Sweeps made in this attempt.
         why: What the last attempt came to.
     """
 
@@ -152,6 +158,7 @@ class ReseatState:
     corner: Array = field(default_factory=lambda: np.zeros(3))
     attempt: int = 0
     taken: float = 0.0
+    aims: int = 0
     seen: float = 0.0
     left: float = 0.0
     walked: bool = False
@@ -165,7 +172,6 @@ class ReseatState:
     surface: float = 0.0
     rest: float = 0.0
     held: Array = field(default_factory=lambda: np.zeros(3))
-    way: float = 1.0
     sweeps: int = 0
     why: str = ""
 
@@ -197,7 +203,8 @@ class ReseatState:
         if self.attempt + 1 >= ATTEMPTS:
             return changed(self.to(Step.FAILED), why=why)
         spring = self.spring if self.sure or self.attempt % 2 == 0 else not self.spring
-        return changed(self.to(Step.LIFT), attempt=self.attempt + 1, spring=spring, off=0.0, walked=False, why=why)
+        again = changed(self.to(Step.LIFT), off=0.0, walked=False, aims=0, sweeps=0)
+        return changed(again, attempt=self.attempt + 1, spring=spring, why=why)
 
     def found(self, turn: float) -> ReseatState:
         """The state when the slot's heading has been felt.
