@@ -24,8 +24,8 @@ from turnscrew.values import changed
 
 Z = np.array([0.0, 0.0, 1.0])
 
-FOLLOW, SPEED, TURNING = 8.0, 0.03, 0.3
-"""Rate at which the arm follows the pose that it is told [1/s], a quarter of its servos'; its limits [m/s, rad/s]."""
+SPEED, TURNING = 0.03, 0.3
+"""Largest speeds at which the arm follows the pose that it is told [m/s, rad/s]."""
 
 DOWN, UP = 0.003, 0.006
 """How fast the hand goes after a head that is not felt, and gives way to one that is [m/s]."""
@@ -138,8 +138,8 @@ class Search(SearchSizes):
         if away > ASTRAY:
             return state.failed(f"the camera has the tip {1e3 * away:.0f} mm away"), np.zeros(6)
         wanted = self._told(state, touch)
-        V, _ = toward(touch.pose, wanted, FOLLOW, SPEED, TURNING)
-        V[:3] += (state.corner - before) / dt
+        V, _ = toward(touch.pose, wanted, self.follow, SPEED, TURNING)
+        V[:3] += (state.corner - before) / dt + self._tap(state, np.cos) * 2.0 * np.pi * self.tapping
         return state, seen_from(V, touch.pose[0], self.feel.robot.palm(estimate.q)[0])
 
     def _touch(self, state: ReseatState, felt: Felt, estimate: Estimate) -> Touch:
@@ -160,10 +160,13 @@ class Search(SearchSizes):
             more = self._more(touch) * (min(state.clock / self.ease, 1.0) if state.step is Step.ALIGN else 1.0)
         if state.step in (Step.DRAG, Step.RIGHT, Step.TURN):
             turn = self.yaw * self._swing(state)
-        corner = state.corner
-        if state.step is Step.SWEEP:
-            corner = corner + self.tapped * np.sin(2.0 * np.pi * self.tapping * state.clock) * Z
+        corner = state.corner + self._tap(state, np.sin)
         return leaning(corner, state.heading + turn, state.side, state.lean - more, 0.5 * self.width)
+
+    def _tap(self, state: ReseatState, wave: Callable[[float], float]) -> Array:
+        """(3,) how far the hand is up and down, or with a cosine how fast over 2 pi times how often [m]."""
+        tapped = self.tapped if state.step is Step.SWEEP else 0.0
+        return tapped * wave(2.0 * np.pi * self.tapping * state.clock) * Z
 
     def _more(self, touch: Touch) -> float:
         """The lean by which the tool is pulled over [rad]."""

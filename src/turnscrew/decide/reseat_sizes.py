@@ -67,6 +67,7 @@ class SearchSizes:
         beside: How far from its place a tip that is in may be seen in the end, on either axis [m].
         lost: How far the hand may go down or up without anything to press on [m].
         bent: The lean that fingers give way to, over what encoders tell of it.
+        follow: Rate at which the arm follows the pose that it is told [1/s], a fifth of its own loop's.
     """
 
     feel: FeltForce
@@ -84,7 +85,7 @@ class SearchSizes:
     doubt: float = 0.002
     stuck: float = 0.020
     sweep: float = 0.002
-    tapped: float = 0.0003
+    tapped: float = 0.00012
     tapping: float = 3.0
     haul: float = 0.004
     sweeps: int = 3
@@ -113,3 +114,4 @@ class SearchSizes:
     beside: float = 0.003
     lost: float = 0.006
     bent: float = 1.3
+    follow: float = 8.0

@@ -115,6 +115,9 @@ frame errs by 4 mm."""
 CLEAR = 0.005
 """Distance from it at which fingers begin to feel for it then [m]: the handle errs by 2 mm, not by .5 mm."""
 
+PALM_FOLLOWS = {"position": 8.0, "torque": 2.0}
+"""Rate at which the palm follows a search for the drive [1/s]: a fifth of the arm's loop, of 45 and 10 rad/s."""
+
 STROKE_SQUEEZE = 10.0
 """Squeeze of thumb and middle finger in one long stroke, before the load asks for more [N]: they do not have to hand
 over, and slide less the farther they are from the end of their friction."""
@@ -193,7 +196,8 @@ def build_reseat(scenario: Scenario, plan: GaitPlan, robot: RobotModel) -> Resea
     gathering = Gathering(robot, plan)
     # at the usual pace, however fast the gait is on the screw, and on servos or on springs that are like them
     in_air = Gait(plan, Placing(robot, plan), min(scenario.speed.turning, IN_AIR), standoff=CLEAR, recentre=False)
-    search = Search(FeltForce(robot), scenario.tool.blade_width, scenario.screw.slot_depth)
+    follow = PALM_FOLLOWS[scenario.robot.actuation]
+    search = Search(FeltForce(robot), scenario.tool.blade_width, scenario.screw.slot_depth, follow=follow)
     return Reseat(robot, gathering, AirWalk(in_air, gathering, scenario.screw.slot_yaw), search)
 
 
