@@ -18,8 +18,8 @@ from turnscrew.decide.recovery import BEFORE, POLICY, Action, Decider, DeciderSt
 from turnscrew.robot.joints import FINGERS
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import FREE, GRIP, REACH, Estimate, Fault, FaultKind, Goal
+from turnscrew.task.reseat_wiring import build_reseat
 from turnscrew.task.scenario import load
-from turnscrew.task.wiring import build_reseat
 
 PLAN = plan_for(0.018)
 ROBOT = RobotModel()

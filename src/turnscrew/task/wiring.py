@@ -16,15 +16,10 @@ from turnscrew.control.controller import Controller
 from turnscrew.control.distribution import Distribution
 from turnscrew.control.optimal_distribution import OptimalDistribution
 from turnscrew.control.servo import HybridServo, torque_servo
-from turnscrew.decide.felt_force import FeltForce
 from turnscrew.decide.gait import Gait
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plan import GaitPlan
 from turnscrew.decide.recovery import Decider
-from turnscrew.decide.reseat import Reseat
-from turnscrew.decide.reseat_gather import Gathering
-from turnscrew.decide.reseat_search import Search
-from turnscrew.decide.reseat_walk import AirWalk
 from turnscrew.decide.stroke_budget import LEAST, StrokeBudget, pinch_torque
 from turnscrew.estimate.between_ticks import BetweenTicks
 from turnscrew.estimate.blade_play import BladePlay
@@ -62,6 +57,7 @@ from turnscrew.sense.sensors import Sensors
 from turnscrew.sense.strain_gauges import StrainGauges
 from turnscrew.sense.vision import NoisyTruthVision
 from turnscrew.task.camera_wiring import build_marker_camera, build_markers, build_scene_camera
+from turnscrew.task.reseat_wiring import build_reseat
 from turnscrew.task.scenario_keys import Scenario
 from turnscrew.task.start import Start
 
@@ -107,16 +103,6 @@ LEARNING = FingerSlip(again=0.8, askew=0.02)
 after a slide they are never trusted more than with eight tenths of what they slid at.  And it rolls at up to 4.5 rad/s,
 12 mm within the detector's memory; in first rolls, when axis and joints are believed askew by up to a degree, some of
 that was taken for a slide in three runs of forty."""
-
-IN_AIR = 1.0
-"""Fastest turning of a handle in the air [rad/s]: nothing but the camera tells how it swings meanwhile, and a
-frame errs by 4 mm."""
-
-CLEAR = 0.005
-"""Distance from it at which fingers begin to feel for it then [m]: the handle errs by 2 mm, not by .5 mm."""
-
-PALM_FOLLOWS = {"position": 8.0, "torque": 2.0}
-"""Rate at which the palm follows a search for the drive [1/s]: a fifth of the arm's loop, of 45 and 10 rad/s."""
 
 STROKE_SQUEEZE = 10.0
 """Squeeze of thumb and middle finger in one long stroke, before the load asks for more [N]: they do not have to hand
@@ -189,16 +175,6 @@ def build_adapter(scenario: Scenario, robot: RobotModel) -> PositionAdapter | Sp
     if scenario.robot.actuation == "position":
         return positions
     return SprungAdapter(TorqueAdapter(robot, scenario.control.palm_weight), positions)
-
-
-def build_reseat(scenario: Scenario, plan: GaitPlan, robot: RobotModel) -> Reseat:
-    """The search for a drive that the tip has left."""
-    gathering = Gathering(robot, plan)
-    # at the usual pace, however fast the gait is on the screw, and on servos or on springs that are like them
-    in_air = Gait(plan, Placing(robot, plan), min(scenario.speed.turning, IN_AIR), standoff=CLEAR, recentre=False)
-    follow = PALM_FOLLOWS[scenario.robot.actuation]
-    search = Search(FeltForce(robot), scenario.tool.blade_width, scenario.screw.slot_depth, follow=follow)
-    return Reseat(robot, gathering, AirWalk(in_air, gathering, scenario.screw.slot_yaw), search)
 
 
 def build_budget(scenario: Scenario, rounds: int, radius: float, gait: Gait) -> StrokeBudget:
