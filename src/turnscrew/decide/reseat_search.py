@@ -27,11 +27,12 @@ Z = np.array([0.0, 0.0, 1.0])
 SPEED, TURNING = 0.03, 0.3
 """Largest speeds at which the arm follows the pose that it is told [m/s, rad/s]."""
 
-DOWN, UP = 0.003, 0.006
+DOWN, UP = 0.006, 0.006
 """How fast the hand goes after a head that is not felt, and gives way to one that is [m/s]."""
 
-NEAR = 0.0015
-"""How far from where the head should be something may be felt that counts as it [m]: three sigmas of the camera's."""
+NEAR = 0.0025
+"""How far from where the head should be something may be felt that counts as it [m]: the camera errs by .5 mm, and by
+1.5 deg, which are another .5 mm of the corner's height."""
 
 DEEPER, HIGHER = 0.001, 0.001
 """How far the corner as told may go below and above where it rested, while it is swept [m]."""
@@ -183,13 +184,12 @@ class Search(SearchSizes):
         seen = state.seen + dt if float(touch.force[2]) > 0.6 * self.press else 0.0
         state = changed(state, corner=corner, seen=seen)
         above = float(touch.corner[2] - state.slot[2]) - self.depth
-        if seen > TOUCHED and above > 0.5 * self.hover and state.felt is not None:
-            # there is nothing yet: fingers that are still coming to rest
-            return changed(state, felt=state.felt.zeroed(), seen=0.0)
-        if seen > TOUCHED:
-            near = abs(above) < NEAR
-            return state.to(Step.REST) if near else state.failed(f"felt {1e3 * above:.1f} mm over the head")
-        return state.failed("no head below") if above < -2.0 * NEAR else state
+        if above < -NEAR:
+            return state.failed("no head below")
+        if seen < TOUCHED or state.felt is None:
+            return state
+        # high over the head there is nothing: fingers are still coming to rest
+        return state.to(Step.REST) if above < NEAR else changed(state, felt=state.felt.zeroed(), seen=0.0)
 
     def _rest(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
         share = 1.0 if state.clock < 0.3 else dt / 0.1
@@ -207,7 +207,7 @@ class Search(SearchSizes):
         if touch.drop < 0.5 * self.dropped:
             surface += dt / 0.4 * (float(touch.corner[2]) - surface)
         # a blade that is turned by 8 deg sinks too little to be felt, but does not get on
-        stopped = -float(touch.force @ state.across) > self.end
+        stopped = -float(touch.force @ state.across) > self.stop
         across = float((touch.seen - state.slot) @ state.across)
         # a corner that is seen elsewhere swings, or sticks
         caught = (touch.drop > self.dropped or stopped) and abs(across) < self.doubt
@@ -225,6 +225,8 @@ class Search(SearchSizes):
     def _align(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
         corner = self._pressed(state, touch, dt) + self._aside(state, touch, dt)
         state = changed(state, corner=corner)
+        if self._left(state, touch):
+            return state.failed("what stopped the corner has let it go")
         if state.clock < self.ease:
             return state
         # a blade that is turned the wrong way first may come out, and the next attempt begins the other way
@@ -243,6 +245,8 @@ class Search(SearchSizes):
             return state
         if state.sunk < 0.5 * self.dropped:
             return state.failed("what stopped the corner is no slot")
+        if not state.sure and state.sunk < self.parallel:
+            return state.failed("the slot has another heading", other=True)
         return changed(state.to(Step.DRAG), heading=state.heading + state.sunk_at, turn=0.0)
 
     def _drag(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
@@ -267,6 +271,8 @@ class Search(SearchSizes):
     def _right(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
         since = max(state.clock - self.slacken, 0.0)
         lean = self.lean * max(1.0 - since / self.righting, 0.0)
+        if self._left(state, touch):
+            return state.failed("the tip has left the slot")
         state = changed(state, corner=self._pulled(state, touch, dt), lean=lean)
         if since < 1.1 * self.righting:
             return state
@@ -278,9 +284,10 @@ class Search(SearchSizes):
             return changed(state, held=self._hand(state, touch))
         pulled = -float(state.felt.slow @ state.along)
         way = float((self._hand(state, touch) - state.held) @ state.along)
-        if way < self.runs and state.clock < 2.0 * self.tightening:
+        runs = way > self.runs or self._left(state, touch)
+        if not runs and state.clock < 2.0 * self.tightening:
             return state
-        if pulled > self.held and way < self.runs:
+        if pulled > self.held and not runs:
             return state.to(Step.PRESS)
         return state.failed(f"{pulled:.1f} N hold the tip, and the hand has gone on by {1e3 * way:.0f} mm")
 

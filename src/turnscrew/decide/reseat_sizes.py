@@ -28,6 +28,8 @@ class SearchSizes:
         beyond: How far on the other side it is looked for [m]: the head goes on for 4.5 mm.
         doubt: How far beside the slot a corner may be seen that is in it [m]: twice what the camera leaves of doubt
             while the tip is pushed.
+        stop: Force across the slot that only its wall can give [N]: friction holds .9 N where it is greatest, and what
+            is felt errs by half a newton.
         stuck: How far the hand may be ahead of a tip that does not follow [m]: fingers give 15 mm/N sideways.
         sweep: Speed on the head [m/s].
         tapped: How far the hand goes up and down meanwhile [m], so that the tip is hardly pressed for a moment, and
@@ -44,6 +46,7 @@ class SearchSizes:
         sunk: How far the corner sinks where the blade is parallel to the slot [m].  A blade that leans by 10 deg, and
             is turned from the slot by a, gets in as far as .2 mm of play let it, .035 mm / tan a: .4 mm at 5 deg,
             .67 mm at 3 deg, and .8 mm before it meets the slot's other end; .1 to .2 mm more are felt.
+        parallel: How far it sinks at least somewhere about the slot's heading, whatever is felt wrong [m].
         past: How far beyond where it begins to sink so far the slot's heading is [rad].
         end: Force at which the slot's end is found [N], twice what friction can hold,
         most: and where the hand stops pulling [N].
@@ -83,6 +86,7 @@ class SearchSizes:
     aside: float = 0.0022
     beyond: float = 0.0032
     doubt: float = 0.002
+    stop: float = 1.4
     stuck: float = 0.020
     sweep: float = 0.002
     tapped: float = 0.00012
@@ -94,6 +98,7 @@ class SearchSizes:
     ease: float = 1.0
     scan: float = 0.15
     sunk: float = 0.00075
+    parallel: float = 0.0006
     past: float = np.radians(2.0)
     end: float = 1.0
     most: float = 1.8
@@ -107,7 +112,7 @@ class SearchSizes:
     soft: float = 0.012
     righting: float = 3.0
     rest: float = 0.8
-    yaw: float = np.radians(5.0)
+    yaw: float = np.radians(3.0)
     pace: float = 0.5
     astray: float = 0.004
     ahead_seen: float = 0.007

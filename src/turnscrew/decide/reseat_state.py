@@ -124,7 +124,8 @@ class ReseatState:
         felt: What the locked fingers tell.
         slot: (3,) bottom centre of the drive as believed when the tip came down, in W [m].
         corner: (3,) where the lowest corner of the blade is to be, in W, if nothing pushed it [m].
-        attempt: Attempts until now.
+        attempt: Attempts until now,
+        tried: and those at the present one of the two headings.
         taken: Time since a finger has joined [s].
         aims: How often fingers that do not hold have been sent for the handle in this attempt.
         seen: For how long what the step waits for has been so [s].
@@ -157,6 +158,7 @@ class ReseatState:
     slot: Array = field(default_factory=lambda: np.zeros(3))
     corner: Array = field(default_factory=lambda: np.zeros(3))
     attempt: int = 0
+    tried: int = 0
     taken: float = 0.0
     aims: int = 0
     seen: float = 0.0
@@ -194,17 +196,19 @@ class ReseatState:
         """The state at the beginning of a step."""
         return changed(self, step=step, clock=0.0, seen=0.0)
 
-    def failed(self, why: str) -> ReseatState:
+    def failed(self, why: str, *, other: bool = False) -> ReseatState:
         """The state when an attempt has come to nothing: the next one looks elsewhere, or at another heading.
 
         Args:
             why: What it came to.
+            other: Whether the slot seems to have the other of the two headings; tried it is after two attempts anyhow.
         """
         if self.attempt + 1 >= ATTEMPTS:
             return changed(self.to(Step.FAILED), why=why)
-        spring = self.spring if self.sure or self.attempt % 2 == 0 else not self.spring
-        again = changed(self.to(Step.LIFT), off=0.0, walked=False, aims=0, sweeps=0)
-        return changed(again, attempt=self.attempt + 1, spring=spring, why=why)
+        again = changed(self.to(Step.LIFT), off=0.0, walked=False, aims=0, sweeps=0, attempt=self.attempt + 1, why=why)
+        if self.sure or (self.tried == 0 and not other):
+            return changed(again, tried=self.tried + 1)
+        return changed(again, spring=not self.spring, tried=0)
 
     def found(self, turn: float) -> ReseatState:
         """The state when the slot's heading has been felt.
