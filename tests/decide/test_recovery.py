@@ -205,6 +205,24 @@ def test_who_stops_for_a_lost_tip_presses_on_nothing() -> None:
     assert others[-1].tip_force == DECIDER.gait.tip_force
 
 
+def test_a_round_that_ended_with_the_tip_perhaps_out_does_not_count() -> None:
+    state = into(Phase.ROLL)
+    for tick in range(20):
+        known = replace(standing(), tip_out=0.1 * (tick > 10))
+        state, _ = DECIDER.update(state, known, (), DT)
+    state = replace(state, gait=replace(state.gait, round=state.gait.round + 1))
+    assert state.gait.round == 1
+    # counted .07 s after the last tick without a doubt, or sooner
+    lost = replace(standing(), tip_out=0.5)
+    doubted, goal = DECIDER.update(state, lost, trouble(FaultKind.CAM_OUT), DT)
+    assert (doubted.gait.round, goal.round) == (0, 0)
+    # one that was made before stays
+    for _ in range(BEFORE):
+        state, _ = DECIDER.update(state, standing(), (), DT)
+    later, goal = DECIDER.update(state, lost, trouble(FaultKind.CAM_OUT), DT)
+    assert (later.gait.round, goal.round) == (1, 1)
+
+
 def test_a_lost_tip_is_searched_for_from_where_it_was_last_sure_to_be_in() -> None:
     state = into(Phase.ROLL)
     for tick in range(20):

@@ -88,7 +88,7 @@ class DeciderState:
         made: All that was done, in its order.
         fault: What the run is being stopped for, or is if the search for the drive comes to nothing.
         reseat: Of the last search for the drive.
-        sure: Angles of the screw [rad] in the last ticks in which its tip was taken to be in it.
+        sure: Angles of the screw [rad], and rounds made, in the last ticks in which its tip was taken to be in it.
     """
 
     gait: GaitState
@@ -98,7 +98,7 @@ class DeciderState:
     made: tuple[Recovery, ...] = ()
     fault: Fault | None = None
     reseat: ReseatState | None = None
-    sure: tuple[float, ...] = ()
+    sure: tuple[tuple[float, int], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class Decider:
         fault = next((fault for fault in faults if fault.ends and not _is_past(state, fault)), None)
         state = changed(state, clock=state.clock + dt)
         if estimate.tip_out < DOUBT:
-            state = changed(state, sure=(*state.sure, estimate.theta)[-BEFORE:])
+            state = changed(state, sure=(*state.sure, (estimate.theta, state.gait.round))[-BEFORE:])
         if fault is not None:
             state = self._answer(state, fault, estimate)
         elif state.action is Action.WAIT:
@@ -180,8 +180,11 @@ class Decider:
             return changed(state, action=action, clock=0.0, fault=fault, goal=goal)
         if action is Action.RESEAT and self.reseat is not None:
             made = (*state.made, Recovery(fault.time, fault.kind, phase, state.gait.cycle, action))
-            reseat = self.reseat.init(state.gait, estimate, state.sure[0] if state.sure else estimate.theta)
-            return changed(state, action=action, clock=0.0, made=made, reseat=reseat, fault=fault)
+            # what has been counted since the tip may have been out was no round
+            theta, rounds = state.sure[0] if state.sure else (estimate.theta, state.gait.round)
+            gait = changed(state.gait, round=rounds)
+            reseat = self.reseat.init(gait, estimate, theta)
+            return changed(state, gait=gait, action=action, clock=0.0, made=made, reseat=reseat, fault=fault)
         gait = {
             Action.WAIT: lambda: state.gait,
             Action.CATCH: lambda: self.gait.catching(state.gait, estimate),
