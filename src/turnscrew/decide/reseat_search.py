@@ -96,7 +96,9 @@ class Search(SearchSizes):
             estimate: Where the slot is.
             above: Height over the head [m].
         """
-        return estimate.p_WS + self.ahead * state.along - self.aside * state.across + (self.depth + above) * Z
+        # what is believed of the slot errs by the same each time: every other sweep is made elsewhere
+        ahead = self.ahead - self.nearer * (state.sweeps % 2)
+        return estimate.p_WS + ahead * state.along - self.aside * state.across + (self.depth + above) * Z
 
     def begin(self, state: ReseatState, estimate: Estimate, corner: Array, q: Array) -> ReseatState:
         """The state when the hand is over the slot and comes down.
