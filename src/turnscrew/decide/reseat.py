@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turnscrew.decide.gait_state import GaitState
+from turnscrew.decide.gait_state import TH_MF, GaitState
 from turnscrew.decide.reseat_gather import STILL, Gathering, Motion
 from turnscrew.decide.reseat_pose import leaning, seen_from, toward
 from turnscrew.decide.reseat_search import Search
@@ -45,6 +45,9 @@ WALKED = 40.0
 
 AIMS = 3
 """How often fingers are sent for the handle in an attempt: the first time the camera may still err by a centimetre."""
+
+RENEWED = 2
+"""After how many attempts forefinger and ring finger take the handle anew: a search may have twisted it in the hand."""
 
 FIRST = 0.1
 """Share of the load that a finger takes when it has just touched, as in the gait."""
@@ -135,8 +138,11 @@ class Reseat:
         # a search that failed may have taken the handle out of a finger
         held = state.gripping & estimate.touching
         state = changed(state, gripping=held) if held.sum() > 1 else state
-        if state.gripping[FOUR].all():
+        if state.gripping[FOUR].all() and (state.attempt == 0 or state.attempt % RENEWED):
             return state.to(Step.LEVEL), motion
+        if state.gripping[FOUR].all():
+            # a grasp with which attempts have failed is taken anew
+            state = changed(state, gripping=TH_MF.copy())
         placed = np.linalg.norm(self.gathering.off(state, estimate)) < PLACED
         return (self._aimed(state, estimate) if placed or state.clock > self.level else state), motion
 
@@ -179,7 +185,7 @@ class Reseat:
         if whole and (state.left < TURNED or self._choose(state, estimate)[0] < self.reachable):
             state = changed(state.to(Step.LEVEL), walked=True, taken=0.0, q_target=estimate.q)
         elif state.clock > WALKED:
-            state = changed(state.to(Step.FAILED), why="the fingers cannot turn the tool in the air")
+            state = state.failed("the fingers cannot turn the tool in the air")
         return state, goal
 
     def _choose(self, state: ReseatState, estimate: Estimate) -> tuple[float, ReseatState]:

@@ -194,6 +194,8 @@ class Search(SearchSizes):
         return state.to(Step.REST) if above < NEAR else changed(state, felt=state.felt.zeroed(), seen=0.0)
 
     def _rest(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
+        if self._left(state, touch):
+            return state.failed("the tip has come down elsewhere")
         share = 1.0 if state.clock < 0.3 else dt / 0.1
         surface = state.surface + share * (float(touch.corner[2]) - state.surface)
         state = changed(state, corner=self._pressed(state, touch, dt), surface=surface)
