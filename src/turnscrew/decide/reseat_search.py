@@ -34,6 +34,9 @@ NEAR = 0.0025
 """How far from where the head should be something may be felt that counts as it [m]: the camera errs by .5 mm, and by
 1.5 deg, which are another .5 mm of the corner's height."""
 
+NEARER = (0.0, 1.0, 0.5)
+"""Shares of `SearchSizes.nearer` by which sweeps of an attempt, in turn, are nearer to the slot's middle."""
+
 DEEPER, HIGHER = 0.001, 0.001
 """How far the corner as told may go below and above where it rested, while it is swept [m]."""
 
@@ -96,8 +99,8 @@ class Search(SearchSizes):
             estimate: Where the slot is.
             above: Height over the head [m].
         """
-        # what is believed of the slot errs by the same each time: every other sweep is made elsewhere
-        ahead = self.ahead - self.nearer * (state.sweeps % 2)
+        # what is believed of the slot errs by the same each time: further sweeps are made elsewhere
+        ahead = self.ahead - self.nearer * NEARER[state.sweeps % len(NEARER)]
         return estimate.p_WS + ahead * state.along - self.aside * state.across + (self.depth + above) * Z
 
     def begin(self, state: ReseatState, estimate: Estimate, corner: Array, q: Array) -> ReseatState:
