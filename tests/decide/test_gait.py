@@ -249,6 +249,13 @@ def test_the_first_roll_waits_for_the_palm_but_not_for_ever():
     assert settled(1.1 * GAIT.centred, recentre=False) == pytest.approx(GAIT.settle, abs=1.5 * DT)
 
 
+def test_four_fingers_that_have_settled_hand_over():
+    state, held = replace(GAIT.init(), gripping=TH_MF | FF_RF), standing(touching=TH_MF | FF_RF)
+    while state.phase is Phase.SETTLE:
+        state, _ = GAIT.update(state, held, DT)
+    assert state.phase is Phase.SUPPORT
+
+
 def test_the_blend_is_flat_at_both_ends():
     h = 1e-4
     assert (smooth(-1.0), smooth(0.0), smooth(0.5), smooth(1.0), smooth(2.0)) == (0.0, 0.0, 0.5, 1.0, 1.0)

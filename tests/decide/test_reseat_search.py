@@ -98,20 +98,20 @@ def test_rest_learns_what_is_felt_although_nothing_pushes() -> None:
 
 def test_a_corner_that_falls_is_in_the_slot() -> None:
     fallen = np.array([0.0, 0.0, -0.0005, 0.0, 0.0, 0.0])
-    assert after(begun(Step.SWEEP), 0.2, pressed(), fallen).step is Step.ALIGN
-    assert after(begun(Step.SWEEP), 0.2, pressed()).step is Step.SWEEP
+    assert after(begun(Step.SWEEP), 0.4, pressed(), fallen).step is Step.ALIGN
+    assert after(begun(Step.SWEEP), 0.4, pressed()).step is Step.SWEEP
     # the slot is not where the corner is seen to fall
     beside = replace(HELD, p_WT=HELD.p_WT - 0.003 * begun(Step.SWEEP).across)
-    assert after(begun(Step.SWEEP), 0.2, pressed(), fallen, beside).step is Step.SWEEP
+    assert after(begun(Step.SWEEP), 0.4, pressed(), fallen, beside).step is Step.SWEEP
 
 
 def test_a_corner_that_is_stopped_is_in_the_slot() -> None:
     start = begun(Step.SWEEP)
-    assert after(start, 0.2, pressed() - 1.5 * start.across).step is Step.ALIGN
+    assert after(start, 0.4, pressed() - 1.5 * start.across).step is Step.ALIGN
     # that may be friction, and what is felt may be wrong
-    assert after(start, 0.2, pressed() - 1.2 * start.across).step is Step.SWEEP
+    assert after(start, 0.4, pressed() - 1.2 * start.across).step is Step.SWEEP
     # what pushes the way that it goes does not stop it
-    assert after(start, 0.2, pressed() + 1.5 * start.across).step is Step.SWEEP
+    assert after(start, 0.4, pressed() + 1.5 * start.across).step is Step.SWEEP
 
 
 def test_a_blade_that_sinks_tells_the_slots_heading() -> None:

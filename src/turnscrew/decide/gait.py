@@ -145,7 +145,7 @@ class Gait:
         if over:
             if state.phase in (Phase.REMOVE, Phase.HOLD):
                 state = self._counted(state, estimate.theta)
-            state = changed(state, phase=self._following(state.phase), clock=0.0, aside=0.0, near=False)
+            state = changed(state, phase=self._following(state.phase, state.gripping), clock=0.0, aside=0.0, near=False)
         return state, goal
 
     def aiming(self, state: GaitState, estimate: Estimate) -> GaitState:
@@ -183,9 +183,11 @@ class Gait:
             return changed(state, theta=theta, cycle=state.cycle + 1, vain=state.vain + 1)
         return changed(state, theta=theta, cycle=state.cycle + 1, vain=0, round=state.round + 1)
 
-    def _following(self, phase: Phase) -> Phase:
+    def _following(self, phase: Phase, gripping: Flags) -> Phase:
         if phase is Phase.ROLL and self.plan.course is Course.STROKE:
             return Phase.HOLD
+        if phase is Phase.SETTLE and gripping[FF_RF].any():
+            return Phase.SUPPORT
         return NEXT[phase]
 
     def _enter(self, state: GaitState, estimate: Estimate) -> GaitState:

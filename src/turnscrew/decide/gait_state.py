@@ -14,7 +14,7 @@ from turnscrew.robot.joints import FINGERS
 
 
 class Phase(StrEnum):
-    """A round of the gait, in order; SETTLE comes once, before the first.
+    """A round of the gait, in order; SETTLE comes once, before the first, and after a search for the drive.
 
     One long stroke is SETTLE, ROLL and HOLD.  CATCH and GRASP come in when thumb or middle finger has lost the handle,
     BACK when these are in the way of the fingers that are to be added.

@@ -201,8 +201,8 @@ class Decider:
         goal = changed(goal, action=str(state.action), recoveries=len(state.made), round=state.gait.round)
         state = changed(state, reseat=reseat, goal=goal)
         if reseat.step is Step.DONE:
-            # a round begins anew, with a hand-over from four fingers
-            gait = changed(handed_over(self.gait, state.gait, Phase.SUPPORT), theta=estimate.theta)
+            # the hand, which the search has moved, comes back over the screw; a round begins anew with a hand-over
+            gait = changed(handed_over(self.gait, state.gait, Phase.SETTLE), theta=estimate.theta)
             state = changed(state, action=None, fault=None, gait=gait)
         elif reseat.step is Step.FAILED:
             state = changed(state, action=Action.STOP, clock=0.0, goal=stilled(goal))

@@ -43,8 +43,9 @@ DEEPER, HIGHER = 0.001, 0.001
 MORE = 0.17
 """The largest lean that is made up for [rad], as much as the tool leans itself."""
 
-TOUCHED, CAUGHT, HELD = 0.02, 0.1, 0.1
-"""How long the head, a drop, the slot's end must be felt [s]: noise of forces lasts a tick or two, of heights .1 s."""
+TOUCHED, CAUGHT, HELD = 0.02, 0.25, 0.1
+"""How long the head, a drop, the slot's end must be felt [s]: noise of forces lasts a tick or two, of heights .1 s, and
+a hand that goes up and down on the head feels a drop for half of that time."""
 
 GIVING = 0.012
 """How fast the hand gives way to a wall while the tip is to stay [m/s]: it is 6 mm ahead of one that is stopped."""

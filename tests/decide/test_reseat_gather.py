@@ -1,0 +1,76 @@
+"""Taking a tool that has been knocked out: where it belongs in the hand, and who is sent for it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rigs.messages import estimate_of
+
+from turnscrew.decide.gait import Gait
+from turnscrew.decide.gait_state import TH_MF
+from turnscrew.decide.placing import Placing
+from turnscrew.decide.plans import plan_for
+from turnscrew.decide.reseat import AIMS, Reseat
+from turnscrew.decide.reseat_gather import Gathering
+from turnscrew.decide.reseat_search import Search
+from turnscrew.decide.reseat_sizes import FeltForce
+from turnscrew.decide.reseat_state import FOUR, ReseatState, Step
+from turnscrew.decide.reseat_walk import AirWalk
+from turnscrew.geometry.arrays import Array
+from turnscrew.robot.model import RobotModel
+from turnscrew.signals import Estimate
+
+PLAN, ROBOT = plan_for(0.018), RobotModel()
+GAIT = Gait(PLAN, Placing(ROBOT, PLAN), speed=1.0)
+GATHERING = Gathering(ROBOT, PLAN)
+RESEAT = Reseat(ROBOT, GATHERING, AirWalk(GAIT, GATHERING, 0.0), Search(FeltForce(ROBOT), 0.006, 0.0013))
+Q, DT = PLAN.rolling(0.0), 0.01
+UP = PLAN.R_WT[:, 2]
+HIGH = 0.02 * UP
+"""Over the head."""
+
+
+def carried(by: Array, **changes: object) -> Estimate:
+    """A tool that stands elsewhere in the hand than planned, held by thumb and middle finger."""
+    tips = ROBOT.fingertips(Q)
+    rest = {"q": Q, "p_WT": PLAN.p_WS + by, "R_WT": PLAN.R_WT, "p_WS": PLAN.p_WS, "touching": TH_MF, "c_W": tips.p_WF}
+    return estimate_of(**{**rest, **changes})
+
+
+def begun(step: Step, **changes: object) -> ReseatState:
+    """A state in a step, with two fingers on the handle."""
+    return replace(ReseatState(step, 0.0, TH_MF.copy(), GAIT.init(), 0.0, False, True, Q, Q), **changes)
+
+
+@pytest.mark.parametrize("by", [(0.0, 0.0, 0.0), (0.0, 0.0, 0.015), (0.004, -0.003, -0.002)])
+def test_a_tool_has_its_place_in_the_hand(by: tuple[float, float, float]) -> None:
+    np.testing.assert_allclose(GATHERING.off(begun(Step.LIFT), carried(np.array(by))), -np.array(by), atol=1e-9)
+
+
+def test_two_fingers_bring_a_lifted_tool_back_to_its_place() -> None:
+    slid = carried(HIGH)
+    down = GATHERING.lifting(begun(Step.LIFT), slid, 0.02).tool
+    assert down[:3] @ UP == pytest.approx(-GATHERING.placing)
+    # on the head it stays where it is, and four fingers hold it where they are
+    assert not GATHERING.lifting(begun(Step.LIFT), slid, 0.001).tool.any()
+    assert not GATHERING.lifting(begun(Step.LIFT, gripping=FOUR.copy()), slid, 0.02).tool.any()
+
+
+def test_fingers_that_have_not_found_the_handle_aim_anew() -> None:
+    state, steps = begun(Step.FEEL), []
+    while state.step is not Step.LEVEL:
+        state, _ = RESEAT.update(state, carried(HIGH), DT)
+        steps.append(state.step)
+    assert steps.count(Step.AIM) > 0
+    assert state.aims == AIMS
+
+
+def test_a_grasp_that_has_failed_twice_is_taken_anew() -> None:
+    four = carried(np.array([0.0, 0.0, 0.02]), touching=FOUR)
+    for attempt, follows in ((0, Step.LEVEL), (1, Step.LEVEL), (2, Step.AIM)):
+        state = begun(Step.LIFT, gripping=FOUR.copy(), attempt=attempt)
+        while state.step is Step.LIFT:
+            state, _ = RESEAT.update(state, four, DT)
+        assert state.step is follows
