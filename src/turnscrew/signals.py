@@ -14,6 +14,12 @@ from numpy.typing import NDArray
 
 from turnscrew.geometry.arrays import Array, Flags
 
+TIP_DOUBT = 0.3
+"""`Estimate.tip_out` up to which the tip is taken to be in its drive: mostly it stays below while it is."""
+
+TIP_LAG = 7
+"""Ticks by which that signal lags behind the loss: a frame and its latency."""
+
 
 @dataclass(frozen=True, slots=True)
 class Vision:

@@ -14,10 +14,10 @@ from turnscrew.decide.gait import Gait
 from turnscrew.decide.gait_state import FF_RF, TH_MF, Phase
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plans import plan_for
-from turnscrew.decide.recovery import BEFORE, POLICY, Action, Decider, DeciderState
+from turnscrew.decide.recovery import POLICY, Action, Decider, DeciderState
 from turnscrew.robot.joints import FINGERS
 from turnscrew.robot.model import RobotModel
-from turnscrew.signals import FREE, GRIP, REACH, Estimate, Fault, FaultKind, Goal
+from turnscrew.signals import FREE, GRIP, REACH, TIP_LAG, Estimate, Fault, FaultKind, Goal
 from turnscrew.task.reseat_wiring import build_reseat
 from turnscrew.task.scenario import load
 
@@ -217,7 +217,7 @@ def test_a_round_that_ended_with_the_tip_perhaps_out_does_not_count() -> None:
     doubted, goal = DECIDER.update(state, lost, trouble(FaultKind.CAM_OUT), DT)
     assert (doubted.gait.round, goal.round) == (0, 0)
     # one that was made before stays
-    for _ in range(BEFORE):
+    for _ in range(TIP_LAG):
         state, _ = DECIDER.update(state, standing(), (), DT)
     later, goal = DECIDER.update(state, lost, trouble(FaultKind.CAM_OUT), DT)
     assert (later.gait.round, goal.round) == (1, 1)
@@ -232,7 +232,7 @@ def test_a_lost_tip_is_searched_for_from_where_it_was_last_sure_to_be_in() -> No
     state, goal = DECIDER.update(state, known, trouble(FaultKind.CAM_OUT), DT)
     assert state.action is Action.RESEAT
     assert state.reseat is not None
-    assert state.reseat.theta_lost == pytest.approx(1.0 + 0.02 * (10 - BEFORE + 1))
+    assert state.reseat.theta_lost == pytest.approx(1.0 + 0.02 * (10 - TIP_LAG + 1))
     assert goal.tip_free
     assert goal.tip_force == 0.0
     assert goal.phase.startswith("reseat")

@@ -27,13 +27,17 @@ NO_REACH = np.zeros((3, 6))
 STILL = np.zeros(3), np.zeros(3)
 
 
-def test_a_lost_tool_is_doubted_and_what_else_is_known_stays() -> None:
-    freed = FREE_TIP.freed(KNOWN)
+def test_a_lost_tool_is_doubted_and_what_else_was_known_stays() -> None:
+    # frames of a tool that is elsewhere have been taken to tell of the screw
+    misled = replace(KNOWN, b_W=KNOWN.b_W + 0.002, radius_error=0.001, p_WT=KNOWN.p_WT + 0.01)
+    freed = FREE_TIP.freed(misled, KNOWN)
     np.testing.assert_allclose(np.sqrt(np.diag(freed.P)[TIP]), FREE_TIP.tip)
     np.testing.assert_allclose(np.sqrt(np.diag(freed.P)[THETA]), FREE_TIP.lean)
     np.testing.assert_array_equal(freed.P[OFFSETS, OFFSETS], KNOWN.P[OFFSETS, OFFSETS])
     assert not freed.P[TIP, OFFSETS].any()
-    np.testing.assert_array_equal(freed.p_WT, KNOWN.p_WT)
+    np.testing.assert_array_equal(freed.b_W, KNOWN.b_W)
+    assert freed.radius_error == KNOWN.radius_error
+    np.testing.assert_array_equal(freed.p_WT, misled.p_WT)
 
 
 def test_a_tool_that_is_back_may_be_elsewhere_than_the_camera_had_it() -> None:

@@ -17,7 +17,7 @@ from turnscrew.decide.gait_state import GaitState, Phase
 from turnscrew.decide.reseat import Reseat
 from turnscrew.decide.reseat_state import ReseatState, Step
 from turnscrew.decide.reseat_walk import handed_over
-from turnscrew.signals import Estimate, Fault, FaultKind, Goal
+from turnscrew.signals import TIP_DOUBT, TIP_LAG, Estimate, Fault, FaultKind, Goal
 from turnscrew.values import changed
 
 
@@ -37,12 +37,6 @@ class Action(StrEnum):
     STOP = "stop"
     """Hold the tool still as it is held, and end the run."""
 
-
-DOUBT = 0.3
-"""Signal of a tip that has left its drive up to which it is taken to be in it: mostly it stays below while it is."""
-
-BEFORE = 7
-"""Ticks by which that signal lags behind the loss: a frame and its latency."""
 
 ROLLING_PAIR = (Phase.SETTLE, Phase.ROLL, Phase.ADD)
 
@@ -140,8 +134,8 @@ class Decider:
         """
         fault = next((fault for fault in faults if fault.ends and not _is_past(state, fault)), None)
         state = changed(state, clock=state.clock + dt)
-        if estimate.tip_out < DOUBT:
-            state = changed(state, sure=(*state.sure, (estimate.theta, state.gait.round))[-BEFORE:])
+        if estimate.tip_out < TIP_DOUBT:
+            state = changed(state, sure=(*state.sure, (estimate.theta, state.gait.round))[-TIP_LAG:])
         if fault is not None:
             state = self._answer(state, fault, estimate)
         elif state.action is Action.WAIT:

@@ -46,7 +46,7 @@ from turnscrew.geometry.euler import yaw
 from turnscrew.geometry.profiles import Capsule
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
 from turnscrew.robot.joints import ARM, FINGERS, WRIST
-from turnscrew.signals import Estimate, Measurement
+from turnscrew.signals import TIP_DOUBT, TIP_LAG, Estimate, Measurement
 from turnscrew.values import changed
 
 if TYPE_CHECKING:
@@ -175,8 +175,9 @@ class ToolEstimator:
         state, rolled = self._predict(state, read, joints, measurement, dt)
         state = changed(state, driven=self._driven(state, measurement, dt))
         if not free.tip:
-            pressed = float(state.wrench.axial.x[0])
-            state = changed(state, out=self.out.felt(state.out, pressed, measurement.time, dt))
+            out = self.out.felt(state.out, float(state.wrench.axial.x[0]), measurement.time, dt)
+            sure = (*state.sure, state.filter)[-TIP_LAG:] if self.out.signal(out) < TIP_DOUBT else state.sure
+            state = changed(state, out=out, sure=sure)
         if measurement.vision is not None or state.since_correction >= self.correction_period:
             state = self._correct(state, measurement)
         return self._conclude(state, measurement, rolled, dt)
@@ -248,10 +249,10 @@ class ToolEstimator:
     def _changed_over(self, free_tip: FreeTip, state: EstimatorState, out: bool) -> EstimatorState:
         """The tip has left its drive, or is in it again and in another grasp than the one that slips are told by."""
         if out:
-            known = free_tip.freed(state.filter)
+            known = free_tip.freed(state.filter, (*state.sure, state.filter)[0])
             return changed(state, filter=known, carrier=None, status=NO_CONTACT, refined=None, out=self.out.init())
         angle = seated_angle(state.angle, yaw(state.filter.R_WT), state.start)
-        return changed(state, filter=free_tip.seated(state.filter), angle=angle, slips=self.slips.init())
+        return changed(state, filter=free_tip.seated(state.filter), angle=angle, slips=self.slips.init(), sure=())
 
     def _forces(
         self, state: EstimatorState, measurement: Measurement, tips: Fingertips, dt: float

@@ -61,6 +61,7 @@ class EstimatorState:
         start: Yaw of the tool when the run began, which the slot had, too [rad].
         free: Whether the tip is out.
         carrier: The palm at the last tick with the tip out.
+        sure: The filter's states in the last ticks in which the tip was taken to be in its drive.
     """
 
     read: Measurement
@@ -90,3 +91,4 @@ class EstimatorState:
     start: float
     free: Free = HELD
     carrier: PalmPose | None = None
+    sure: tuple[FilterState, ...] = ()

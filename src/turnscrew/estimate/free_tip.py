@@ -90,14 +90,22 @@ class FreeTip:
     upright: float = np.deg2rad(1.5)
     moved: float = 6.0
 
-    def freed(self, f: FilterState) -> FilterState:
-        """The pose doubted as above, and no longer tied to what else is known, all of which stays."""
-        P = f.P.copy()
+    def freed(self, f: FilterState, sure: FilterState) -> FilterState:
+        """The pose doubted as above, and no longer tied to what else is known.
+
+        All that is as it was while the tip was in: until a loss is noticed the frames of a tool that is somewhere else
+        are taken to tell of the screw, which then is believed 1 to 2 mm from where it is.
+
+        Args:
+            f: Now.
+            sure: When the tip was last taken to be in its drive.
+        """
+        P = sure.P.copy()
         both = slice(THETA.start, TIP.stop)
         P[both], P[:, both] = 0.0, 0.0
         sigma = np.zeros(SIZE)
         sigma[THETA], sigma[TIP] = self.lean, self.tip
-        return replace(f, P=P + np.diag(sigma**2))
+        return replace(sure, p_WT=f.p_WT, R_WT=f.R_WT, blind=f.blind, P=P + np.diag(sigma**2))
 
     def seated(self, f: FilterState) -> FilterState:
         """The pose of a tool whose tip is back, doubted as above until it agrees with the drive's place."""
