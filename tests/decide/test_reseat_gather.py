@@ -67,10 +67,14 @@ def test_fingers_that_have_not_found_the_handle_aim_anew() -> None:
     assert state.aims == AIMS
 
 
-def test_a_grasp_that_has_failed_twice_is_taken_anew() -> None:
-    four = carried(np.array([0.0, 0.0, 0.02]), touching=FOUR)
-    for attempt, follows in ((0, Step.LEVEL), (1, Step.LEVEL), (2, Step.AIM)):
-        state = begun(Step.LIFT, gripping=FOUR.copy(), attempt=attempt)
-        while state.step is Step.LIFT:
-            state, _ = RESEAT.update(state, four, DT)
-        assert state.step is follows
+@pytest.mark.parametrize(
+    ("attempt", "slid", "follows"),
+    [(0, 0.0, Step.LEVEL), (0, 0.01, Step.AIM), (1, 0.01, Step.LEVEL), (2, 0.0, Step.AIM)],
+)
+def test_a_grasp_that_has_slid_or_failed_twice_is_taken_anew(attempt: int, slid: float, follows: Step) -> None:
+    four = carried(slid * UP, p_WS=PLAN.p_WS - HIGH, touching=FOUR)
+    state = begun(Step.LIFT, gripping=FOUR.copy(), attempt=attempt)
+    while state.step is Step.LIFT:
+        state, _ = RESEAT.update(state, four, DT)
+    assert state.step is follows
+    assert state.gripping[FOUR].all() == (follows is Step.LEVEL)

@@ -37,6 +37,9 @@ LEVEL = np.radians(1.5)
 PLACED = 0.003
 """How far the handle may be from its place in the hand [m]: three sigmas of the camera, half of `STANDOFF`."""
 
+SLID = 0.006
+"""How far it may be from there if four fingers hold it already [m], `STANDOFF`."""
+
 TURNED = np.radians(2.0)
 """What may be left of a turn in the air [rad]: the arm does the rest."""
 
@@ -138,13 +141,14 @@ class Reseat:
         # a search that failed may have taken the handle out of a finger
         held = state.gripping & estimate.touching
         state = changed(state, gripping=held) if held.sum() > 1 else state
-        if state.gripping[FOUR].all() and (state.attempt == 0 or state.attempt % RENEWED):
-            return state.to(Step.LEVEL), motion
+        off = float(np.linalg.norm(self.gathering.off(state, estimate)))
         if state.gripping[FOUR].all():
-            # a grasp with which attempts have failed is taken anew
+            # a grasp in which the tool has slid, or with which attempts have failed, is taken anew
+            renewed = state.attempt % RENEWED == 0 if state.attempt else off > SLID
+            if not renewed:
+                return state.to(Step.LEVEL), motion
             state = changed(state, gripping=TH_MF.copy())
-        placed = np.linalg.norm(self.gathering.off(state, estimate)) < PLACED
-        return (self._aimed(state, estimate) if placed or state.clock > self.level else state), motion
+        return (self._aimed(state, estimate) if off < PLACED or state.clock > self.level else state), motion
 
     def _aimed(self, state: ReseatState, estimate: Estimate) -> ReseatState:
         """The state with those of the four that do not hold sent for the handle."""
