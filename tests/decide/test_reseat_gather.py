@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 from rigs.messages import estimate_of
 
+from turnscrew.decide.felt_force import FeltForce
 from turnscrew.decide.gait import Gait
 from turnscrew.decide.gait_state import TH_MF
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plans import plan_for
 from turnscrew.decide.reseat import AIMS, Reseat
 from turnscrew.decide.reseat_gather import Gathering
+from turnscrew.decide.reseat_pose import leaning
 from turnscrew.decide.reseat_search import Search
-from turnscrew.decide.reseat_sizes import FeltForce
 from turnscrew.decide.reseat_state import FOUR, ReseatState, Step
 from turnscrew.decide.reseat_walk import AirWalk
 from turnscrew.geometry.arrays import Array
@@ -78,3 +79,15 @@ def test_a_grasp_that_has_slid_or_failed_twice_is_taken_anew(attempt: int, slid:
         state, _ = RESEAT.update(state, four, DT)
     assert state.step is follows
     assert state.gripping[FOUR].all() == (follows is Step.LEVEL)
+
+
+@pytest.mark.parametrize(("aside", "follows"), [(0.003, Step.LOOK), (0.03, Step.LIFT)])
+def test_a_tool_that_does_not_come_over_the_slot_is_no_use_there(aside: float, follows: Step) -> None:
+    state = begun(Step.HOVER, gripping=FOUR.copy())
+    p_WT, R_WT = leaning(
+        RESEAT.search.over(state, carried(HIGH), RESEAT.hover + 0.003), 0.0, 1.0, RESEAT.search.lean, 0.003
+    )
+    stopped = carried(HIGH, p_WT=p_WT + np.array([aside, 0.0, 0.0]), R_WT=R_WT, touching=FOUR)
+    while state.step is Step.HOVER:
+        state, _ = RESEAT.update(state, stopped, DT)
+    assert state.step is follows

@@ -46,6 +46,9 @@ TURNED = np.radians(2.0)
 WALKED = 40.0
 """Longest walk [s]: three strokes at the usual pace take 15."""
 
+FAR = 0.005
+"""Error of the tool's pose over the slot with which no slot is found [m], as `reseat_pose.toward` measures it."""
+
 AIMS = 3
 """How often fingers are sent for the handle in an attempt: the first time the camera may still err by a centimetre."""
 
@@ -221,6 +224,8 @@ class Reseat:
 
     def _hover(self, state: ReseatState, estimate: Estimate, dt: float) -> Moved:
         motion, off = self._carry(state, estimate, self.search.hover + 0.003, 2.0)
+        if state.clock > self.approach and off > FAR:
+            return state.failed(f"the arm stops {1e3 * off:.0f} mm from where the tool should be"), motion
         there = off < self.near and state.clock > self.settled
         return (state.to(Step.LOOK) if there or state.clock > self.approach else state), motion
 
