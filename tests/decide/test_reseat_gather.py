@@ -84,9 +84,8 @@ def test_a_grasp_that_has_slid_or_failed_twice_is_taken_anew(attempt: int, slid:
 @pytest.mark.parametrize(("aside", "follows"), [(0.003, Step.LOOK), (0.03, Step.LIFT)])
 def test_a_tool_that_does_not_come_over_the_slot_is_no_use_there(aside: float, follows: Step) -> None:
     state = begun(Step.HOVER, gripping=FOUR.copy())
-    p_WT, R_WT = leaning(
-        RESEAT.search.over(state, carried(HIGH), RESEAT.hover + 0.003), 0.0, 1.0, RESEAT.search.lean, 0.003
-    )
+    search = RESEAT.search
+    p_WT, R_WT = leaning(search.over(state, carried(HIGH), search.hover + 0.003), 0.0, 1.0, search.lean, 0.003)
     stopped = carried(HIGH, p_WT=p_WT + np.array([aside, 0.0, 0.0]), R_WT=R_WT, touching=FOUR)
     while state.step is Step.HOVER:
         state, _ = RESEAT.update(state, stopped, DT)

@@ -24,8 +24,8 @@ class SearchSizes:
         hover: Height over the head from which the tip comes down [m],
         land: and its speed then [m/s].
         ahead: How far towards the slot's end from its middle the corner comes down [m]: half of what there is,
-        nearer: and by how much less at most in further sweeps [m]: so a slot is found that is believed 1.5 mm from
-            where it is, or by a hand that leaves its line by a millimetre; else the first sweep has found it.
+        nearer: and by how much less at most in further sweeps [m]: so a slot is found that is believed 2 mm from where
+            it is, as after a knock in the first two seconds, or by a hand that leaves its line by a millimetre.
         aside: How far beside the slot [m]: three times what the camera leaves of doubt in LOOK.
         beyond: How far on the other side it is looked for [m]: the head goes on for 4.5 mm.
         doubt: How far beside the slot a corner may be seen that is in it [m]: twice what the camera leaves of doubt
@@ -85,7 +85,7 @@ class SearchSizes:
     hover: float = 0.005
     land: float = 0.003
     ahead: float = 0.0015
-    nearer: float = 0.0018
+    nearer: float = 0.0026
     aside: float = 0.0022
     beyond: float = 0.0032
     doubt: float = 0.002
