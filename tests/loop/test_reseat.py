@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from turnscrew.signals import FaultKind
 from turnscrew.study.disturbances.knock_out import KnockOut
@@ -12,8 +13,9 @@ from turnscrew.task.scenario import load
 SEED = 777041
 
 
-def test_a_lost_tip_comes_down_on_the_head_beside_its_slot() -> None:
-    run = Run.begin(load(None, ["robot.actuation=position", "speed.gait=2", "speed.turning=2"], SEED))
+@pytest.mark.parametrize("actuation", ["position", "torque"])
+def test_a_lost_tip_comes_down_on_the_head_beside_its_slot(actuation: str) -> None:
+    run = Run.begin(load(None, [f"robot.actuation={actuation}", "speed.gait=2", "speed.turning=2"], SEED))
     knock = KnockOut(run.cell, 2.0, 1.0, run.scenario.screw.slot_depth)
     named = False
     with run.cell:
