@@ -17,8 +17,12 @@ from turnscrew.geometry.arrays import Array, Flags
 TIP_DOUBT = 0.3
 """`Estimate.tip_out` up to which the tip is taken to be in its drive: mostly it stays below while it is."""
 
+TIP_LOADED = 1.0
+"""Force on the tip, as estimated, above which that is so [N]: in undisturbed runs it stays above half of that, and it
+is gone 70 ms after the tip has left its drive, in which fast fingers turn the tool by 15 deg."""
+
 TIP_LAG = 7
-"""Ticks by which that signal lags behind the loss: a frame and its latency."""
+"""Ticks by which both lag behind the loss: a frame and its latency."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,7 +35,10 @@ PAGE = Path(__file__).parents[2] / "docs" / "loop.md"
 
 def standing(touching: np.ndarray = TH_MF, q: np.ndarray | None = None) -> Estimate:
     q = PLAN.rolling(0.0) if q is None else q
-    return estimate_of(q=q, p_WT=PLAN.p_WS, p_WS=PLAN.p_WS, radius=PLAN.radius, touching=touching, theta=1.0)
+    pressed = np.array([0.0, 0.0, 5.0, 0.0, 0.0, 0.0])
+    return estimate_of(
+        q=q, p_WT=PLAN.p_WS, p_WS=PLAN.p_WS, radius=PLAN.radius, touching=touching, theta=1.0, F_s=pressed
+    )
 
 
 def into(phase: Phase, clock: float = 0.5, touching: np.ndarray = TH_MF) -> DeciderState:
@@ -203,6 +206,18 @@ def test_who_stops_for_a_lost_tip_presses_on_nothing() -> None:
     assert goal.tip_force == 0.0
     _, others = for_a_while(into(Phase.ROLL), 0.1, trouble(FaultKind.TIP_SLIP))
     assert others[-1].tip_force == DECIDER.gait.tip_force
+
+
+def test_a_tip_that_carries_nothing_is_not_sure_to_be_in_its_drive() -> None:
+    state = into(Phase.ROLL)
+    for tick in range(20):
+        # the frames tell of the loss six ticks after the force does, in which the fingers have turned on
+        turned = replace(standing(), theta=1.0 + 0.04 * tick, tip_out=0.1 * (tick > 16) * (tick - 12))
+        known = turned if tick < 11 else replace(turned, F_s=np.zeros(6))
+        state, _ = DECIDER.update(state, known, (), DT)
+    state, _ = DECIDER.update(state, known, trouble(FaultKind.CAM_OUT), DT)
+    assert state.reseat is not None
+    assert state.reseat.theta_lost == pytest.approx(1.0 + 0.04 * (10 - TIP_LAG + 1))
 
 
 def test_a_round_that_ended_with_the_tip_perhaps_out_does_not_count() -> None:

@@ -17,7 +17,7 @@ from turnscrew.decide.gait_state import GaitState, Phase
 from turnscrew.decide.reseat import Reseat
 from turnscrew.decide.reseat_state import ReseatState, Step
 from turnscrew.decide.reseat_walk import handed_over
-from turnscrew.signals import TIP_DOUBT, TIP_LAG, Estimate, Fault, FaultKind, Goal
+from turnscrew.signals import TIP_DOUBT, TIP_LAG, TIP_LOADED, Estimate, Fault, FaultKind, Goal
 from turnscrew.values import changed
 
 
@@ -134,7 +134,7 @@ class Decider:
         """
         fault = next((fault for fault in faults if fault.ends and not _is_past(state, fault)), None)
         state = changed(state, clock=state.clock + dt)
-        if estimate.tip_out < TIP_DOUBT:
+        if estimate.tip_out < TIP_DOUBT and estimate.F_s[2] > TIP_LOADED:
             state = changed(state, sure=(*state.sure, (estimate.theta, state.gait.round))[-TIP_LAG:])
         if fault is not None:
             state = self._answer(state, fault, estimate)

@@ -226,7 +226,7 @@ class Search(SearchSizes):
         if across < self.beyond and float(touch.lag @ state.across) < self.stuck:
             return state
         if state.sweeps + 1 >= self.sweeps:
-            return state.failed("no slot where it was looked for")
+            return state.failed("no slot where it was looked for", other=True)
         # fingers that have been bent so far rest elsewhere, and tell forces wrong: from where nothing pushes once more
         return changed(state.to(Step.HOVER), sweeps=state.sweeps + 1)
 

@@ -46,7 +46,7 @@ from turnscrew.geometry.euler import yaw
 from turnscrew.geometry.profiles import Capsule
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
 from turnscrew.robot.joints import ARM, FINGERS, WRIST
-from turnscrew.signals import TIP_DOUBT, TIP_LAG, Estimate, Measurement
+from turnscrew.signals import TIP_DOUBT, TIP_LAG, TIP_LOADED, Estimate, Measurement
 from turnscrew.values import changed
 
 if TYPE_CHECKING:
@@ -176,8 +176,8 @@ class ToolEstimator:
         state = changed(state, driven=self._driven(state, measurement, dt))
         if not free.tip:
             out = self.out.felt(state.out, float(state.wrench.axial.x[0]), measurement.time, dt)
-            sure = (*state.sure, state.filter)[-TIP_LAG:] if self.out.signal(out) < TIP_DOUBT else state.sure
-            state = changed(state, out=out, sure=sure)
+            sure = self.out.signal(out) < TIP_DOUBT and state.wrench.axial.x[0] > TIP_LOADED
+            state = changed(state, out=out, sure=(*state.sure, state.filter)[-TIP_LAG:] if sure else state.sure)
         if measurement.vision is not None or state.since_correction >= self.correction_period:
             state = self._correct(state, measurement)
         return self._conclude(state, measurement, rolled, dt)
