@@ -179,7 +179,7 @@ class Reseat:
         if not upright and state.clock < self.level:
             return state, motion
         error, chosen = self._choose(state, estimate)
-        if error < self.reachable or state.walked:
+        if state.walked or (error < self.reachable and not state.blocked):
             return chosen.to(Step.HOVER), motion
         if not (state.gripping & estimate.touching)[FOUR].all():
             # it would let go of the tool
@@ -189,8 +189,9 @@ class Reseat:
     def _walk(self, state: ReseatState, estimate: Estimate, dt: float) -> tuple[ReseatState, Goal]:
         state, goal, whole = self.walk.update(state, estimate, dt)
         goal = changed(goal, phase=f"reseat {goal.phase}", tip_free=True, theta=state.theta, tip_moves=True)
-        if whole and (state.left < TURNED or self._choose(state, estimate)[0] < self.reachable):
-            state = changed(state.to(Step.LEVEL), walked=True, taken=0.0, q_target=estimate.q)
+        reached = not state.blocked and whole and self._choose(state, estimate)[0] < self.reachable
+        if whole and (state.left < TURNED or reached):
+            state = changed(state.to(Step.LEVEL), walked=True, blocked=False, taken=0.0, q_target=estimate.q)
         elif state.clock > WALKED:
             state = state.failed("the fingers cannot turn the tool in the air")
         return state, goal
@@ -225,7 +226,8 @@ class Reseat:
     def _hover(self, state: ReseatState, estimate: Estimate, dt: float) -> Moved:
         motion, off = self._carry(state, estimate, self.search.hover + 0.003, 2.0)
         if state.clock > self.approach and off > FAR:
-            return state.failed(f"the arm stops {1e3 * off:.0f} mm from where the tool should be"), motion
+            failed = state.failed(f"the arm stops {1e3 * off:.0f} mm from where the tool should be")
+            return changed(failed, blocked=True), motion
         there = off < self.near and state.clock > self.settled
         return (state.to(Step.LOOK) if there or state.clock > self.approach else state), motion
 

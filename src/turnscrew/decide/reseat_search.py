@@ -219,7 +219,8 @@ class Search(SearchSizes):
         across = float((touch.seen - state.slot) @ state.across)
         # a corner that is seen elsewhere swings, or sticks
         caught = (touch.drop > self.dropped or stopped) and abs(across) < self.doubt
-        seen = state.seen + dt if caught else 0.0
+        # a hand that goes up and down feels less in between
+        seen = state.seen + dt if caught else max(state.seen - dt, 0.0)
         state = changed(state, corner=corner, surface=surface, seen=seen)
         if seen > CAUGHT:
             return changed(state.to(Step.ALIGN), turn=0.0, sunk=0.0, sunk_at=0.0)
@@ -253,7 +254,9 @@ class Search(SearchSizes):
             return state
         if state.sunk < 0.5 * self.dropped:
             return state.failed("what stopped the corner is no slot")
-        if not state.sure and state.sunk < self.parallel:
+        # nearer to the slot's middle the blade's edge meets the other end sooner
+        less = NEARER[state.sweeps % len(NEARER)] * self.nearer * float(np.tan(self.lean))
+        if not state.sure and state.sunk < max(self.parallel - less, self.dropped):
             return state.failed("the slot has another heading", other=True)
         return changed(state.to(Step.DRAG), heading=state.heading + state.sunk_at, turn=0.0)
 

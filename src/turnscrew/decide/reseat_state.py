@@ -131,6 +131,7 @@ class ReseatState:
         seen: For how long what the step waits for has been so [s].
         left: Angle by which the tool is still to be turned in the air [rad].
         walked: Whether it has been turned as far as it should.
+        blocked: Whether the arm, which seemed to reach, has stopped on its way over the slot.
         side: Which corner is lowest: 1 for the one at +x of T, -1 for the other.
         heading: Of the slot in W, at the half turn that is nearest to the blade's [rad].
         turn: By how much the tool is turned from that heading [rad].
@@ -164,6 +165,7 @@ class ReseatState:
     seen: float = 0.0
     left: float = 0.0
     walked: bool = False
+    blocked: bool = False
     side: float = 1.0
     heading: float = 0.0
     turn: float = 0.0

@@ -18,7 +18,7 @@ FALL = 0.007
 .005 to .016 N.m/rad, prevailing torques .012 to .053 N.m, positions and torques) springs showed -.016 to .006,
 friction .005 to .063; that .005 in the first stroke of all."""
 
-SURE, AFTER = (0.004, 0.012), 2
+SURE, AFTER = (0.002, 0.012), 1
 """Falls below and above which there is no doubt [N.m], after how many strokes: no heading but that is tried then."""
 
 
