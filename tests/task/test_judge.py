@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from turnscrew.geometry.rotations import exp_so3
-from turnscrew.task.judge import force_errors, slipped
+from turnscrew.plant.truth import Truth
+from turnscrew.task.judge import Judge, force_errors, slipped
+from turnscrew.task.loop import Tick
 
 DT = 0.01
 R_WT = exp_so3(np.array([0.2, -0.1, 0.7]))
@@ -65,3 +69,41 @@ def test_forces_err_by_size_and_by_angle_where_they_count() -> None:
     np.testing.assert_allclose(size, [1.0, -1.0, 1.7, np.nan, np.sqrt(50.0) - 5.0], rtol=1e-12)
     # a third of a newton has no direction worth judging
     np.testing.assert_allclose(angle, [np.pi / 2, 0.0, np.nan, np.nan, np.pi / 4], rtol=1e-12, atol=1e-12)
+
+
+class CountsRounds(Judge):
+    """One that measures nothing else."""
+
+    def _watch_fingers(self, truth: Truth) -> None:
+        pass
+
+    def _watch_errors(self, truth: Truth, tick: Tick) -> None:
+        pass
+
+
+def seen(judge: Judge, theta: float, made: int, *, held: bool = True, inside: bool = True, free: bool = False) -> None:
+    """A tick in which the handle is turned."""
+    truth = SimpleNamespace(
+        R_WT=np.eye(3), p_WT=np.zeros(3), p_WS=np.zeros(3), theta=theta, tip_in_drive=inside,
+        touching=np.array([held, True, False, False, False]),
+    )  # fmt: skip
+    judge.watch(truth, SimpleNamespace(goal=SimpleNamespace(turn_rate=-1.0, round=made, tip_free=free)))
+
+
+def test_a_round_counts_if_the_screw_has_turned_with_the_tip_in_its_drive_and_two_fingers_on_the_handle() -> None:
+    for held, inside, turned, counts in ((1, 1, 0.5, 1), (0, 1, 0.5, 0), (1, 0, 0.5, 0), (1, 1, 0.3, 0)):
+        judge = CountsRounds(DT)
+        seen(judge, 0.0, 0, held=bool(held), inside=bool(inside))
+        seen(judge, turned, 1)
+        assert judge.rounds == counts
+
+
+def test_what_knocked_the_tip_out_spoils_one_round_only() -> None:
+    judge = CountsRounds(DT)
+    seen(judge, 0.3, 0, held=False, inside=False)
+    seen(judge, 0.3, 0, free=True)
+    # back in, and a round from there
+    seen(judge, 0.0, 0)
+    seen(judge, 0.5, 1)
+    assert judge.rounds == 1
+    assert judge.support_fraction == 0.75

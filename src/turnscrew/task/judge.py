@@ -137,6 +137,7 @@ class Judge:
     _theta: float = 0.0
     _in_drive: bool = True
     _free: bool = False
+    _before: tuple[float, float] = (0.0, 0.0)
 
     def watch(self, truth: Truth, tick: Tick) -> None:
         """One tick: the truth when the measurement was taken."""
@@ -151,12 +152,21 @@ class Judge:
         if self._free and not tick.goal.tip_free:
             # a round begins anew when the robot takes the tip to be back in its drive
             self._theta, self._in_drive = truth.theta, truth.tip_in_drive
+            self._before = self.turning, self.supported
         self._free = tick.goal.tip_free
         if tick.goal.round != self._gait_round:
             self._gait_round = tick.goal.round
-            whole = self._in_drive and self.support_fraction > LEAST_SUPPORT
+            whole = self._in_drive and self._support_since() > LEAST_SUPPORT
             self.rounds += bool(truth.theta - self._theta >= LEAST_ROUND and whole)
             self._theta, self._in_drive = truth.theta, truth.tip_in_drive
+
+    def _support_since(self) -> float:
+        """Share of the turning time with at least two fingertips in contact, since the tip was last put in its drive.
+
+        What has knocked it out may have taken the handle from a finger, too; that round does not count anyhow.
+        """
+        turning, supported = self._before
+        return (self.supported - supported) / (self.turning - turning) if self.turning > turning else 1.0
 
     @property
     def support_fraction(self) -> float:
