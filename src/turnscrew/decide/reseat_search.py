@@ -340,4 +340,7 @@ class Search(SearchSizes):
         """(3,) how far the corner as told gives way to a wall of the slot [m]."""
         push = self.soft * float(touch.force @ state.across)
         most = GIVING if state.step is Step.ALIGN else self.haul
-        return np.asarray(min(max(push, -most), most) * dt * state.across)
+        step, beside = min(max(push, -most), most) * dt, float((state.corner - state.slot) @ state.across)
+        # what is felt of a wall that is not there must not lead the hand ever farther away
+        step = min(step, max(self.drift - beside, 0.0)) if step > 0.0 else max(step, min(-self.drift - beside, 0.0))
+        return np.asarray(step * state.across)

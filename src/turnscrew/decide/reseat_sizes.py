@@ -62,6 +62,7 @@ class SearchSizes:
         slacken: Time in which the hand goes back until then [s].
         pressing: Time for which the blade is pressed in the end [s]: a pull lifts it by some tenths of a millimetre.
         soft: How far the hand moves for a newton sideways, in a second [m/s/N]: twice a second what the fingers give.
+        drift: How far to either side of the slot's line it may give way at most [m].
         rest: Time for which it rests on the head [s].
         righting: Time in which the tool is righted [s].
         yaw: How far it is turned to and fro in the end [rad], a heading's error,
@@ -113,6 +114,7 @@ class SearchSizes:
     slacken: float = 1.5
     pressing: float = 1.0
     soft: float = 0.012
+    drift: float = 0.02
     righting: float = 3.0
     rest: float = 0.8
     yaw: float = np.radians(3.0)

@@ -26,6 +26,10 @@ SLOW_FOLLOW, SLOW_TAPPED = 2.0, 0.0004
 """Of the search with torques, whose arm has a loop of 10 rad/s instead of 45: how fast it follows [1/s], and how far it
 is told to tap [m].  With the .12 mm of position commands the tip stays behind, and snaps across the slot."""
 
+SLOW_SOFT, SLOW_MOST, SLOW_DRIFT = 0.006, 1.4, 0.004
+"""And how fast it gives way to a force [m/s/N], what it pulls with at most [N], how far it gives way aside [m]: it goes
+on for a while after it is told to stop, and pulled the blade out over the slot's end, or against its wall."""
+
 
 def build_reseat(scenario: Scenario, plan: GaitPlan, robot: RobotModel) -> Reseat:
     """The search, told what it is to look for."""
@@ -34,5 +38,7 @@ def build_reseat(scenario: Scenario, plan: GaitPlan, robot: RobotModel) -> Resea
     in_air = Gait(plan, Placing(robot, plan), min(scenario.speed.turning, IN_AIR), standoff=CLEAR, recentre=False)
     search = Search(FeltForce(robot), scenario.tool.blade_width, scenario.screw.slot_depth)
     if scenario.robot.actuation == "torque":
-        search = replace(search, follow=SLOW_FOLLOW, tapped=SLOW_TAPPED)
+        search = replace(
+            search, follow=SLOW_FOLLOW, tapped=SLOW_TAPPED, soft=SLOW_SOFT, most=SLOW_MOST, drift=SLOW_DRIFT
+        )  # fmt: skip
     return Reseat(robot, gathering, AirWalk(in_air, gathering, scenario.screw.slot_yaw), search)
