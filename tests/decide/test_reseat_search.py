@@ -178,6 +178,15 @@ def test_a_wall_pushes_the_hand_aside() -> None:
     assert (state.corner - start.corner) @ state.across == pytest.approx(0.012 * 0.2 * 0.5)
 
 
+def test_a_wall_that_is_not_there_leads_the_hand_only_so_far() -> None:
+    start = begun(Step.RIGHT)
+    feel = MadeUp(ROBOT, force=pressed(0.3, start) + 0.5 * start.across)
+    search, state = Search(feel, WIDTH, DEPTH, drift=0.004), start
+    while state.step is Step.RIGHT:
+        state, _ = search.update(replace(state, clock=state.clock + DT), HELD, DT)
+    assert float((state.corner - state.slot) @ state.across) == pytest.approx(0.004)
+
+
 def test_the_hand_slackens_before_it_rights_the_blade() -> None:
     start = begun(Step.RIGHT)
     state = after(start, 1.0, pressed(1.5, start))
