@@ -4,7 +4,7 @@ Under force control nothing keeps a tool in place but the drive that its tip sta
 keep their posture, and in a slot that is searched for, what pushes the tip is told by how far they give way.  So a
 robot that takes torques then works out itself what position servos would: it is told positions, and each finger drive
 is sent the spring's torque towards them.  Arm and wrist, whose encoders are too noisy for servos as stiff, stay
-under the impedance that they are under anyway.
+under the impedance that they are under anyway, the wrist under a stiffer one.
 """
 
 from __future__ import annotations

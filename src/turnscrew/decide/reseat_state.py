@@ -67,7 +67,7 @@ pushed, and moves in the fingers by a millimetre or two."""
 
 ATTEMPTS = 16
 """Attempts before the run is given up: in doubt two at the likelier heading, two at the other, and all of that four
-times; a third of them finds the slot, and they take 10 to 30 s each."""
+times; most searches need one, which takes 30 s, and those that fail take 10 to 30 s each."""
 
 SIDEWAYS = np.array([1.0, 1.0, 0.0])
 """Of a force all but what presses the tip on the head."""
