@@ -10,7 +10,7 @@ import pytest
 from turnscrew.robot.joints import DRIVEN
 from turnscrew.signals import Measurement, Vision
 from turnscrew.study.disturbances.camera_faults import COLLAR, COVERED, FLIP, dark, flip, flipped
-from turnscrew.study.disturbances.disturbance import Span
+from turnscrew.study.disturbances.disturbance import Span, idle
 from turnscrew.study.disturbances.reading_faults import HOLDING, frozen, no_number, silent
 from turnscrew.study.disturbances.spoilt_sensors import Spoil, spoil_sensors
 from turnscrew.study.disturbances.table import SENSOR_FAULTS
@@ -102,6 +102,22 @@ def test_nothing_leaves_the_run_as_it_is() -> None:
         return seen
 
     assert commands(True) == commands(False)
+
+
+@pytest.mark.parametrize("actuation", ["position", "torque"])
+def test_a_frozen_reading_stays_however_often_the_joints_are_read_meanwhile(actuation: str) -> None:
+    seen: list[np.ndarray] = []
+
+    def see(tick: Tick, truth: object) -> None:
+        if tick.measurement.time >= 0.2:
+            seen.append(tick.measurement.f_F)
+
+    run = Run.begin(load(None, [f"robot.actuation={actuation}", "goal.time_limit=0.3"], 7))
+    spoil_sensors(run, frozen(Span(0.15, 1.0), np.random.default_rng(0)))
+    with run.cell:
+        turn(run, idle, see)
+    # of one finger, and of no other
+    assert np.sum(np.ptp(seen, axis=0).max(axis=1) == 0.0) == 1
 
 
 def test_every_fault_says_what_it_is() -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from turnscrew.geometry.arrays import Array
 from turnscrew.sense.sensed import Sensed
 from turnscrew.sense.sensors import Sensors, SensorState
 from turnscrew.signals import Measurement
@@ -42,6 +43,13 @@ class SpoiltSensors(Sensors):
         following, measured = super().update(state, plant)
         arrives = self.spoil(measured, last)
         return SpoiltState(following.encoders, following.force, following.camera, arrives), arrives
+
+    def joints(self, state: SensorState, plant: Sensed) -> tuple[SensorState, Array]:
+        """Reads the encoders alone, between two ticks: what arrived at the last one is remembered."""
+        following, q = super().joints(state, plant)
+        if isinstance(state, SpoiltState):
+            following = SpoiltState(following.encoders, following.force, following.camera, state.arrived)
+        return following, q
 
 
 def spoil_sensors(run: Run, spoil: Spoil) -> None:
