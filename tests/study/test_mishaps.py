@@ -2,41 +2,26 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
 from turnscrew.study.disturbances.disturbance import Span
 from turnscrew.study.disturbances.knock_out import ASIDE, MOST, KnockOut
-from turnscrew.study.disturbances.lost_commands import LossyLine
 from turnscrew.study.disturbances.mishaps import MISHAPS, MOMENT, PUSH
 from turnscrew.study.trials.trial import attempt
 from turnscrew.task.fasten import Run
-from turnscrew.task.line import Line
 from turnscrew.task.scenario import load
 
 
-def sent(line: Line, clock: SimpleNamespace, times: np.ndarray) -> list[float]:
-    """What arrives of a command that names its time."""
-    under_way: tuple[np.ndarray, ...] = ()
-    arrived = []
-    for time in times:
-        clock.time = time
-        under_way, due = line.update(under_way, np.full(24, time))
-        arrived.append(float(due[0]))
-    return arrived
-
-
-@pytest.mark.parametrize("periods", [0, 2])
-def test_lost_commands_leave_the_last_one_in_force(periods: int) -> None:
-    times, clock = np.arange(20.0), SimpleNamespace(time=0.0)
-    whole = sent(Line(periods), clock, times)
-    lossy = sent(LossyLine(periods, Span(8.0, 12.0), clock), clock, times)
-    assert lossy[:8] == whole[:8]
-    assert lossy[8:12] == [whole[7]] * 4
-    # what was sent meanwhile is lost; the line goes on where it would have been
-    assert lossy[12:] == whole[12:]
+def test_lost_commands_are_those_of_a_while() -> None:
+    run = Run.begin(load(None, [], 7801))
+    hook, heard = MISHAPS["dropout"].put(run, Span(0.2, 0.4), np.random.default_rng(1)), []
+    for time in np.arange(0.0, 1.0, 0.01):
+        run.cell.data.time = time
+        hook()
+        run.cell.write(np.full(24, time))
+        heard.append(run.cell.data.ctrl[0] == time)
+    assert heard == [not 0.2 <= time < 0.4 for time in np.arange(0.0, 1.0, 0.01)]
 
 
 def test_knocked_tip_lies_beside_the_drive_and_is_let_go() -> None:

@@ -30,3 +30,17 @@ def test_commands_arrive_in_order_and_so_many_periods_late(periods):
 )
 def test_a_delay_is_so_many_control_periods(overrides, periods):
     assert load(None, overrides).delay_periods == periods
+
+
+@pytest.mark.parametrize(
+    ("overrides", "steps"),
+    [
+        ([], None),
+        (["robot.actuation=torque"], 4),
+        (["robot.actuation=torque", "robot.watchdog=5"], 10),
+        (["robot.actuation=torque", "rate.torque=100"], 20),
+        (["robot.actuation=torque", "robot.watchdog=0"], None),
+    ],
+)
+def test_drives_wait_for_so_many_control_periods(overrides, steps):
+    assert load(None, overrides).patience == steps

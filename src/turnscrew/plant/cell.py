@@ -17,11 +17,12 @@ from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.pinhole import Window
 from turnscrew.plant.camera import Image, Pictures, SceneCamera
 from turnscrew.plant.contact import NOSLIP, Friction, rub, set_solver
+from turnscrew.plant.drives import Drives
 from turnscrew.plant.screw import Screw, add_screw
 from turnscrew.plant.thread import Thread
 from turnscrew.plant.tool import Tool, add_tool
 from turnscrew.plant.truth import ContactReader, Truth
-from turnscrew.robot.joints import DRIVEN, JOINTS
+from turnscrew.robot.joints import JOINTS
 from turnscrew.robot.model import robot_spec
 from turnscrew.robot.motors import add_motors
 from turnscrew.robot.servos import add_servos
@@ -43,6 +44,7 @@ class CellDescription:
         camera: What `picture` is seen by, if anything.
         passes: Of MuJoCo's second friction solver.
         motors: Whether the joints take torques; otherwise they have position servos.
+        patience: Steps without a command after which drives hold their joints; None: they go on as they were told.
     """
 
     tool: Tool
@@ -55,6 +57,7 @@ class CellDescription:
     mass_error: float = 0.0
     camera: SceneCamera | None = None
     motors: bool = False
+    patience: int | None = None
     passes: int = NOSLIP
 
 
@@ -92,6 +95,7 @@ class Cell:
         xml: The model's MJCF.
         model: MuJoCo's model.
         data: MuJoCo's state.
+        drives: Of arm and hand.
         twist: The thread's state: how far its stick is bent [rad].
     """
 
@@ -117,30 +121,27 @@ class Cell:
         self._contacts = ContactReader(self.model)
         # views of MuJoCo's memory, which every step looks at
         self._qpos, self._qvel, self._ctrl = self.data.qpos, self.data.qvel, self.data.ctrl
-        self._drives = self.data.actuator_force[: len(DRIVEN)]
         # and of its own counts of positions, speeds and accelerations that were no numbers
         self._warned = self.data.warning.number[mujoco.mjtWarning.mjWARN_BADQPOS : mujoco.mjtWarning.mjWARN_BADQACC + 1]
-        self._drive_sum, self._drive_steps = np.zeros(len(DRIVEN)), 0
+        self.drives = Drives(self.data, description.patience)
         self._camera = description.camera
         self._pictures: Pictures | None = None
         mujoco.mj_forward(self.model, self.data)
 
     def write(self, command: Array) -> None:
         """Sends commands (24,) in the order of `DRIVEN`: positions [rad] to servos, torques [N.m] to motors."""
-        self._ctrl[: len(DRIVEN)] = command
-        self._drive_sum[:] = 0.0
-        self._drive_steps = 0
+        self.drives.write(command)
 
     def prepare(self) -> None:
-        """Sets the thread's torque for the coming step, so that all controls of that step stand in `data.ctrl`."""
+        """Sets what no command tells for the coming step, so that all controls of that step stand in `data.ctrl`."""
+        self.drives.prepare()
         yaw, rate = self._qpos.item(self._screw_q), self._qvel.item(self._screw_v)
         self.twist, self._ctrl[self._thread_ctrl] = self._thread.update(self.twist, yaw, rate, self._timestep)
 
     def step(self) -> None:
         """One step of the plant."""
         mujoco.mj_step(self.model, self.data)
-        self._drive_sum += self._drives
-        self._drive_steps += 1
+        self.drives.note()
 
     @property
     def diverged(self) -> bool:
@@ -166,12 +167,8 @@ class Cell:
         self._contacts.forget()
 
     def drive_torques(self) -> Array:
-        """Mean torque (24,) of each drive since the last command, in the order of `DRIVEN` [N.m], for strain gauges.
-
-        Commands come in steps, and the servos answer with a jump that decays within a tick, which a gauge read once a
-        tick would take for the whole.
-        """
-        return self._drive_sum / max(self._drive_steps, 1)
+        """Mean torque (24,) of each drive since the last command, in the order of `DRIVEN` [N.m], for strain gauges."""
+        return self.drives.torques()
 
     def tool_pose(self) -> tuple[Array, Array]:
         """True p_WT (3,) [m] and R_WT (3, 3), for the camera."""

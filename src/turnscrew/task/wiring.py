@@ -143,6 +143,7 @@ def build_cell(scenario: Scenario, start: Start, plan: GaitPlan) -> Cell:
         camera=build_scene_camera(scenario, plan.p_WS),
         passes=scenario.contact.passes,
         motors=scenario.robot.actuation == "torque",
+        patience=scenario.patience,
     )  # fmt: skip
     return Cell(description, start.q, start.p_WT, start.R_WT)
 

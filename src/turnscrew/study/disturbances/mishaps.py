@@ -7,10 +7,10 @@ from numpy.random import Generator
 
 from turnscrew.signals import FaultKind
 from turnscrew.study.disturbances.camera_faults import dark
-from turnscrew.study.disturbances.disturbance import Disturbance, Hook, Span, idle
+from turnscrew.study.disturbances.disturbance import Disturbance, Hook, Span
 from turnscrew.study.disturbances.finger_slips import SlickFingers
 from turnscrew.study.disturbances.knock_out import KnockOut
-from turnscrew.study.disturbances.lost_commands import lose_commands
+from turnscrew.study.disturbances.lost_commands import LostCommands
 from turnscrew.study.disturbances.pushes import LENGTH as PUSH_LENGTH
 from turnscrew.study.disturbances.pushes import Pushes
 from turnscrew.study.disturbances.reading_faults import frozen
@@ -41,8 +41,7 @@ def _knock(run: Run, span: Span, rng: Generator) -> Hook:
 
 
 def _lose(run: Run, span: Span, rng: Generator) -> Hook:
-    lose_commands(run, span)
-    return idle
+    return LostCommands(run.cell, span).step
 
 
 MISHAPS = {
