@@ -165,6 +165,15 @@ def test_a_finger_that_slides_is_named_once_and_lived_with():
     assert faults_of(1.0, estimate=sliding(1)) == []
 
 
+def test_trouble_that_comes_back_within_half_a_second_is_the_same():
+    def flickering(period):
+        # a tick of trouble in each period
+        return lambda t: estimate_of(touching=HELD, tip_slip=1.5 if t % period < DT / 2 else 0.9)
+
+    assert len(faults_of(2.0, estimate=flickering(0.25))) == 1
+    assert len(faults_of(2.0, estimate=flickering(1.0))) == 2
+
+
 def test_a_finger_with_little_to_spare_is_named_before_it_slides():
     def margins(one, two):
         effort = Effort(np.zeros(6), np.zeros((5, 3)), np.zeros(6), margin=np.array([one, np.nan, two, np.nan, np.nan]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import dist, inf, isfinite, isnan
 from typing import NamedTuple
 
@@ -35,8 +35,8 @@ class WatchState:
         seen: Whether there ever was one.
         refused: Camera frames in a row that were refused as outliers, or held no numbers.
         unread: Time for which a reading has not been a number [s].
-        eased: Time since a drive was at its limit [s].
-        lasting: Trouble that the run lives with and that is not over: named when it began.
+        lasting: Trouble that the run lives with and that is not over, named when it began, and since when it has not
+            been seen any more [s].
         ending: Trouble with which the run cannot go on as it is, likewise.
         recoveries: How often something had been done about trouble at the last tick.
     """
@@ -48,8 +48,7 @@ class WatchState:
     seen: bool = False
     refused: int = 0
     unread: float = 0.0
-    eased: float = 0.0
-    lasting: frozenset[FaultKind] = frozenset()
+    lasting: dict[FaultKind, float] = field(default_factory=dict)
     ending: frozenset[FaultKind] = frozenset()
     recoveries: int = 0
 
@@ -89,8 +88,8 @@ class Watch:
             each, within the play of the blade in the slot,
         sightless: and the same before the first pose [s], when the robot has only been told where the tool is.
         refused: Camera frames refused in a row that make the pose suspect: one or two are outliers.
-        eased: Time after which a drive that was at its limit no longer is [s]: a load that comes and goes in a stroke
-            is named once.
+        eased: Time after which trouble that is not seen any more is over [s]: what comes and goes in a stroke is named
+            once.
         unread: Longest time without a number from an encoder or force sensor [s]: five ticks.
         slid: Way of a fingertip down the handle from which on it slides [m]: the threshold of its detector.
         spare: Force across its normal that a gripping finger must have to spare before friction gives way [N]: half of
@@ -148,20 +147,18 @@ class Watch:
             Fault(kind, measurement.time, evidence, hopeless=kind is FaultKind.VISION_LOST and not following.seen)
             for kind, evidence in self._ending(following, measurement, estimate, goal)
         )
-        lasting = dict(self._lasting(following, measurement, estimate))
-        lasting.update(self._slipping(estimate, goal, strain, FaultKind.FINGER_SLIP in state.lasting))
-        strained = dict(self._strained(strain))
-        eased = 0.0 if strained else state.eased + dt
-        lasting.update(strained)
-        if eased < self.eased and FaultKind.TORQUE_SATURATED in state.lasting:
-            lasting.setdefault(FaultKind.TORQUE_SATURATED, "")
+        seen = dict(self._lasting(following, measurement, estimate))
+        seen.update(self._slipping(estimate, goal, strain, state.lasting.get(FaultKind.FINGER_SLIP) == 0.0))
+        seen.update(self._strained(strain))
         begun = tuple(
             Fault(kind, measurement.time, evidence, ends=False)
-            for kind, evidence in lasting.items()
+            for kind, evidence in seen.items()
             if kind not in state.lasting
         )
+        gone = {kind: since + dt for kind, since in state.lasting.items() if since + dt < self.eased}
+        lasting = gone | dict.fromkeys(seen, 0.0)
         kinds = frozenset(fault.kind for fault in ending)
-        return changed(following, eased=eased, lasting=frozenset(lasting), ending=kinds), ending + begun
+        return changed(following, lasting=lasting, ending=kinds), ending + begun
 
     def _ending(
         self, state: WatchState, measurement: Measurement, estimate: Estimate, goal: Goal
