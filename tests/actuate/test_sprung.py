@@ -22,7 +22,8 @@ from turnscrew.signals import Effort, Role
 
 ROBOT = RobotModel()
 SEATED, POSITIONS = TorqueAdapter(ROBOT), PositionAdapter(ROBOT)
-ADAPTER = SprungAdapter(SEATED, POSITIONS)
+TICK = 0.01
+ADAPTER = SprungAdapter(SEATED, POSITIONS, TICK)
 PLAN = plan_for(0.018)
 Q = PLAN.rolling(0.3)
 DT = 0.002
@@ -75,6 +76,15 @@ def test_arm_and_wrist_are_carried_with_the_palm():
     risen = J @ (state.posture.q - Q[DRIVEN_INDEX])[PALM]
     # straight up by 20 mm/s, as far as the damped inverse has it
     np.testing.assert_allclose(risen[:3], [0.0, 0.0, 10 * DT * 0.02], atol=2e-6)
+
+
+def test_springs_are_set_once_a_tick():
+    firmer = replace(PRESS, f_W=2.0 * F_W)
+    state, _ = ADAPTER.update(ADAPTER.init(Q), CARRY, PRESS, HELD, DT)
+    between, _ = ADAPTER.update(state, CARRY, firmer, HELD, DT)
+    np.testing.assert_array_equal(between.pulled, state.pulled)
+    later, _ = ADAPTER.update(between, CARRY, firmer, replace(HELD, time=HELD.time + TICK), DT)
+    assert np.abs(later.pulled - state.pulled).max() > 0.01
 
 
 def test_springs_end_with_the_tip_back():

@@ -195,21 +195,31 @@ def test_the_hand_slackens_before_it_rights_the_blade() -> None:
     assert after(state, 4.5, pressed(0.3, start)).lean == 0.0
 
 
-def test_only_a_tip_that_is_held_while_the_hand_stays_is_in() -> None:
+SUNK = np.array([0.0, 0.0, -0.0009, 0.0, 0.0, 0.0])
+
+
+def test_only_a_tip_that_is_held_deep_in_the_head_while_the_hand_stays_is_in() -> None:
     start = begun(Step.TURN, lean=0.0)
     start = replace(start, held=start.corner)
-    assert after(start, 6.0, pressed(1.2, start)).step is Step.PRESS
-    assert after(replace(start, lean=0.05).to(Step.PRESS), 3.0, pressed(0.3, start)).step is Step.DONE
-    assert after(start, 6.0, pressed(0.2, start)).step is Step.LIFT
+    assert after(start, 6.0, pressed(1.2, start), SUNK).step is Step.PRESS
+    pressed_down = replace(start, lean=0.05, down=0.0009).to(Step.PRESS)
+    assert after(pressed_down, 3.0, pressed(0.3, start), SUNK).step is Step.DONE
+    assert after(start, 6.0, pressed(0.2, start), SUNK).step is Step.LIFT
     # what friction gives, over which the hand runs away
-    assert after(start, 6.0, pressed(0.7, start)).step is Step.LIFT
+    assert after(start, 6.0, pressed(0.7, start), SUNK).step is Step.LIFT
     # or beside which the camera sees it
     beside = replace(HELD, p_WT=HELD.p_WT + 0.005 * start.across)
-    pressed_down = replace(start, lean=0.05).to(Step.PRESS)
-    assert after(pressed_down, 3.0, pressed(0.3, start), seen=beside).step is Step.LIFT
+    assert after(pressed_down, 3.0, pressed(0.3, start), SUNK, beside).step is Step.LIFT
     # whatever is felt upwards, the blade is not lifted out
     up = pressed(1.2, start) + np.array([0.0, 0.0, 5.0])
-    assert after(start, 6.0, up).corner[2] == start.corner[2]
+    assert after(start, 6.0, up, SUNK).corner[2] == start.corner[2]
+
+
+@pytest.mark.parametrize("step", [Step.TURN, Step.PRESS])
+def test_a_tip_that_friction_holds_on_the_head_is_not_in(step: Step) -> None:
+    start = begun(step, lean=0.0)
+    state = after(replace(start, held=start.corner), 6.0, pressed(1.2, start), 0.2 * SUNK)
+    assert (state.step, state.why) == (Step.LIFT, "the tip is held, but lies on the head")
 
 
 def test_attempts_try_both_headings_and_end() -> None:

@@ -10,6 +10,7 @@ under the impedance that they are under anyway, the wrist under a stiffer one.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import inf
 
 import numpy as np
 
@@ -36,10 +37,14 @@ class SprungState:
         posture: Of arm and wrist, and of all while the tip is in its drive.
         rest: (28,) joint positions at which the springs do not pull, loads apart, in encoder angles [rad]; None while
             the tip is in its drive.
+        pulled: (24,) where the drives' springs pull to, loads included [rad],
+        time: and when that was worked out: once a tick [s].
     """
 
     posture: Posture
     rest: Array | None = None
+    pulled: Array | None = None
+    time: float = -inf
 
 
 @dataclass(frozen=True)
@@ -51,12 +56,14 @@ class SprungAdapter:
 
     Attributes:
         seated: Torques while the tip is in its drive.
-        positions: What position servos would be told.
+        positions: What position servos would be told,
+        tick: and how often [s].
         postures: Impedance of arm and wrist meanwhile.
     """
 
     seated: TorqueAdapter
     positions: PositionAdapter
+    tick: float
     postures: Postures = field(init=False)
 
     def __post_init__(self) -> None:
@@ -82,13 +89,15 @@ class SprungAdapter:
             posture, command = self.seated.update(state.posture, goal, effort, estimate, dt)
             return SprungState(posture), command
         reading = estimate.q + estimate.offset
-        rest = reading if state.rest is None else state.rest
-        rest, wanted = self.positions.update(rest, goal, effort, estimate, dt)
+        rest, pulled = reading if state.rest is None else state.rest, state.pulled
+        if pulled is None or estimate.time > state.time:
+            # beats between two ticks keep what springs pull to, as servos do that are told positions once a tick
+            rest, wanted = self.positions.update(rest, goal, effort, estimate, self.tick)
+            pulled = reading[DRIVEN_INDEX] if wanted.q is None else wanted.q
         posture, tau = self._palm(state.posture, goal, effort, estimate, dt)
-        if wanted.q is not None:
-            tau[CARRIERS:] = (STIFFNESSES * (wanted.q - reading[DRIVEN_INDEX]))[CARRIERS:]
+        tau[CARRIERS:] = (STIFFNESSES * (pulled - reading[DRIVEN_INDEX]))[CARRIERS:]
         within = np.clip(tau, -DRIVE_LIMITS, DRIVE_LIMITS)
-        return SprungState(posture, rest), Command(None, tau != within, within)
+        return SprungState(posture, rest, pulled, estimate.time), Command(None, tau != within, within)
 
     def _palm(
         self, posture: Posture, goal: Goal, effort: Effort, estimate: Estimate, dt: float

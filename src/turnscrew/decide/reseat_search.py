@@ -53,6 +53,10 @@ GIVING = 0.012
 DRAGGED = 10.0
 """Longest drag [s]: 24 mm of the hand, of which the fingers give 10, and twice to and fro about the axis."""
 
+LATELY = 1.5
+"""Over what time the height of a tip that should be in is averaged [s]: bent fingers tell it wrong by .5 mm."""
+
+ON_THE_HEAD = "the tip is held, but lies on the head"
 
 ASTRAY = 0.01
 """Distance from the slot's centre at which the tip has no business [m]: a search keeps within 5 mm, and what the camera
@@ -287,10 +291,10 @@ class Search(SearchSizes):
         state = changed(state, corner=self._pulled(state, touch, dt), lean=lean)
         if since < 1.1 * self.righting:
             return state
-        return changed(state.to(Step.TURN), held=self._hand(state, touch), lean=-self._more(touch))
+        return changed(state.to(Step.TURN), held=self._hand(state, touch), lean=-self._more(touch), down=0.0)
 
     def _turn(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
-        state = changed(state, corner=self._level(state, touch, dt))
+        state = changed(state, corner=self._level(state, touch, dt), down=self._down(state, touch, dt))
         if state.felt is None or state.clock < self.tightening:
             return changed(state, held=self._hand(state, touch))
         pulled = -float(state.felt.slow @ state.along)
@@ -298,6 +302,8 @@ class Search(SearchSizes):
         runs = way > self.runs or self._left(state, touch)
         if not runs and state.clock < 2.0 * self.tightening:
             return state
+        if state.down < self.deep:
+            return state.failed(ON_THE_HEAD)
         if pulled > self.held and not runs:
             return state.to(Step.PRESS)
         return state.failed(f"{pulled:.1f} N hold the tip, and the hand has gone on by {1e3 * way:.0f} mm")
@@ -305,12 +311,18 @@ class Search(SearchSizes):
     def _press(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
         slack = state.clock > self.slacken
         corner = self._pulled(state, touch, dt) if slack else self._level(state, touch, dt)
-        state = changed(state, corner=corner)
+        state = changed(state, corner=corner, down=self._down(state, touch, dt))
         if state.clock < self.slacken + self.pressing:
             return state
+        if state.down < self.deep:
+            return state.failed(ON_THE_HEAD)
         off = touch.seen - state.slot - 0.5 * self.width * state.along
         beside = max(abs(float(off @ state.along)), abs(float(off @ state.across)))
         return state.to(Step.DONE) if beside < self.beside else state.failed("the tip is seen beside the drive")
+
+    def _down(self, state: ReseatState, touch: Touch, dt: float) -> float:
+        """How far the corner has been below the head lately [m]."""
+        return state.down + dt / LATELY * (touch.drop - state.down)
 
     def _level(self, state: ReseatState, touch: Touch, dt: float) -> Array:
         """(3,) the corner as told, pulled at as wanted.

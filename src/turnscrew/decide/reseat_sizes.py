@@ -59,6 +59,8 @@ class SearchSizes:
         held: What must be left of that, on the average, for the tip to be in [N],
         runs: and how far the hand may go on meanwhile [m], 4 mm where fingers creep: on the head it would run away
             from the tip by 10 mm.
+        deep: How far below the head the tip must be then and later, on the average [m]: of the slot's 1.3 mm .8 to 1.1
+            are felt of a tip that is in, .2 at most of one on the head that is pressed by enough for friction to hold.
         slacken: Time in which the hand goes back until then [s].
         pressing: Time for which the blade is pressed in the end [s]: a pull lifts it by some tenths of a millimetre.
         soft: How far the hand moves for a newton sideways, in a second [m/s/N]: twice a second what the fingers give.
@@ -111,6 +113,7 @@ class SearchSizes:
     tightening: float = 2.5
     held: float = 0.7
     runs: float = 0.006
+    deep: float = 0.0005
     slacken: float = 1.5
     pressing: float = 1.0
     soft: float = 0.012

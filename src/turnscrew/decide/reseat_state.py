@@ -142,6 +142,7 @@ class ReseatState:
         surface: Height of the corner on the head, as felt [m].
         rest: The same as told [m].
         held: (3,) where the hand would have had the corner when it began to pull at the righted tool, in W [m].
+        down: How far below the head the corner of the righted tool has been lately [m].
         sweeps: Sweeps made in this attempt.
         why: What the last attempt came to.
     """
@@ -176,6 +177,7 @@ class ReseatState:
     surface: float = 0.0
     rest: float = 0.0
     held: Array = field(default_factory=lambda: np.zeros(3))
+    down: float = 0.0
     sweeps: int = 0
     why: str = ""
 

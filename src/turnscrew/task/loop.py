@@ -33,9 +33,9 @@ class LoopState:
 
     Of the faults, what the watch has found last is kept, for it is decided on a tick later.
 
-    A robot that takes torques has beats between ticks, and needs for them the joints as read last, the estimate and the
-    goal that are in force, which drives (24,) a beat has held to their limits, and the torques that the drives were
-    sent.  Commands that are under way to the drives are in `under_way`.
+    A robot that takes torques has beats between ticks, and needs for them the joints as read last, the estimate, goal
+    and effort that are in force, which drives (24,) a beat has held to their limits, and the torques that the drives
+    were sent.  Commands that are under way to the drives are in `under_way`.
     """
 
     sensors: SensorState
@@ -47,7 +47,7 @@ class LoopState:
     sent: Array
     faults: tuple[Fault, ...] = ()
     joints: JointTrack | None = None
-    last: tuple[Estimate, Goal] | None = None
+    last: tuple[Estimate, Goal, Effort] | None = None
     under_way: UnderWay = ()
     saturated: Flags = field(default_factory=lambda: np.zeros(len(DRIVEN), dtype=bool))
     driven: TorqueTrack | None = None
@@ -121,15 +121,15 @@ class Loop:
         if blocks.between is not None and joints is not None:
             estimate = blocks.between.refresh(joints, estimate, 0.0)
         decider, goal = blocks.decider.update(state.decider, estimate, state.faults, dt)
-        controller, effort = blocks.controller.update(state.controller, goal, estimate, beat)
+        controller, effort = blocks.controller.update(state.controller, goal, estimate, dt if goal.tip_free else beat)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, beat)
         under_way, driven = self._write(state, plant, command, sensors)
         strain = Strain(effort, state.saturated | command.saturated) if command.tau is not None else None
         watch, faults = self.watch.update(state.watch, measurement, estimate, goal, dt, strain)
         sent = STILL if command.motion is None else command.motion
         following = LoopState(
-            sensors, estimator, watch, decider, controller, adapter, sent, faults, joints, (estimate, goal), under_way,
-            driven=driven,
+            sensors, estimator, watch, decider, controller, adapter, sent, faults, joints, (estimate, goal, effort),
+            under_way, driven=driven,
         )  # fmt: skip
         begun, over = state.watch.begun(faults), self._over(decider, faults)
         return following, Tick(known, estimate, begun, goal, effort, command, over)
@@ -144,16 +144,19 @@ class Loop:
         blocks, dt = self.blocks, self.dt / self.beats
         if blocks.between is None or state.joints is None or state.last is None:
             return state
-        estimate, goal = state.last
+        estimate, goal, effort = state.last
         sensors, reading = blocks.sensors.joints(state.sensors, plant)
         joints = blocks.between.read(state.joints, reading, dt)
         estimate = blocks.between.refresh(joints, estimate, dt)
-        controller, effort = blocks.controller.update(state.controller, goal, estimate, dt)
+        controller = state.controller
+        if not goal.tip_free:
+            # a tool out of its drive is not balanced by forces, but held by springs: these alone see to it meanwhile
+            controller, effort = blocks.controller.update(controller, goal, estimate, dt)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, dt)
         under_way, driven = self._write(state, plant, command, sensors)
         return LoopState(
             sensors, state.estimator, state.watch, state.decider, controller, adapter, state.sent, state.faults, joints,
-            (estimate, goal), under_way, state.saturated | command.saturated, driven,
+            (estimate, goal, effort), under_way, state.saturated | command.saturated, driven,
         )  # fmt: skip
 
     def _write(
@@ -180,6 +183,6 @@ class Loop:
         return self.blocks.sensors.update(state, plant)
 
 
-def _free(last: tuple[Estimate, Goal] | None) -> Free:
+def _free(last: tuple[Estimate, Goal, Effort] | None) -> Free:
     """What the last goal says of the tip."""
     return HELD if last is None else Free(last[1].tip_free, last[1].theta, last[1].tip_moves, last[1].roles == GRIP)

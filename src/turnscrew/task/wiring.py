@@ -175,7 +175,7 @@ def build_adapter(scenario: Scenario, robot: RobotModel) -> PositionAdapter | Sp
     positions = PositionAdapter(robot)
     if scenario.robot.actuation == "position":
         return positions
-    return SprungAdapter(TorqueAdapter(robot, scenario.control.palm_weight), positions)
+    return SprungAdapter(TorqueAdapter(robot, scenario.control.palm_weight), positions, 1.0 / scenario.rate.control)
 
 
 def build_budget(scenario: Scenario, rounds: int, radius: float, gait: Gait) -> StrokeBudget:
