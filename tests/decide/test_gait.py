@@ -187,6 +187,11 @@ def test_a_roll_ends_before_a_joint_meets_its_limit():
     towards[finger_joints("MF")[0]], away[finger_joints("MF")[0]] = -0.5, 0.5
     assert GAIT.update(state, standing(q=q, v=towards, touching=TH_MF), DT)[0].phase is Phase.ADD
     assert GAIT.update(state, standing(q=q, v=away, touching=TH_MF), DT)[0].phase is Phase.ROLL
+    # a joint that is as far away as it goes on by in braking
+    fast, far = 4.0 * towards, q.copy()
+    far[finger_joints("MF")[0]] += 0.9 * 2.0 * GAIT.braking
+    assert GAIT.update(state, standing(q=far, v=fast, touching=TH_MF), DT)[0].phase is Phase.ADD
+    assert GAIT.update(state, standing(q=far, v=towards, touching=TH_MF), DT)[0].phase is Phase.ROLL
     # when a roll begins, joints still move by what went before
     first = replace(state, rolled=0.0)
     assert GAIT.update(first, standing(q=q, v=towards, touching=TH_MF), DT)[0].phase is Phase.ROLL

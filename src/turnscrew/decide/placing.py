@@ -136,18 +136,19 @@ class Placing:
         joints = [joint for finger in fingers for joint in finger_joints(finger)]
         return float(np.abs(q - estimate.q)[joints].max()), float(np.abs(estimate.v[joints]).max())
 
-    def meets_limit(self, q: Array, v: Array, fingers: Sequence[str], margin: float) -> bool:
-        """Whether a driven joint of the fingers is within a margin of a limit and on its way there.
+    def meets_limit(self, q: Array, v: Array, fingers: Sequence[str], margin: float, time: float = 0.0) -> bool:
+        """Whether a driven joint of the fingers is on its way to a limit, and within a margin of it in a while.
 
         Args:
             q: (28,) joint angles [rad].
             v: (28,) joint speeds [rad/s].
             fingers: Which fingers.
             margin: [rad].
+            time: How long that while is [s].
         """
         joints = [joint for finger in fingers for joint in finger_joints(finger)]
         low, high = self.robot.limits[joints].T
-        angles, speeds = q[joints], v[joints]
+        angles, speeds = q[joints] + v[joints] * time, v[joints]
         down, up = (angles - low < margin) & (speeds < -MOVING), (high - angles < margin) & (speeds > MOVING)
         return bool((down | up).any())
 
