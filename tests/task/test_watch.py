@@ -136,6 +136,15 @@ def test_evidence_tells_the_figure():
     assert "20.0 deg" in fault.evidence
 
 
+def test_a_tool_that_is_brought_back_may_lean_but_not_lie():
+    def leaning(angle):
+        return lambda t: estimate_of(R_WT=exp_so3(np.array([angle, 0.0, 0.0])), touching=HELD)
+
+    carried = {"goal": lambda t: goal_of(roles=GRIP, tip_free=True)}
+    assert watch(0.1, estimate=leaning(0.7), **carried) == set()
+    assert watch(0.1, estimate=leaning(1.5), **carried) == {FaultKind.TOOL_DROPPED}
+
+
 def test_a_drive_at_its_limit_is_named_once_with_what_is_left_out():
     lost = np.array([0.0, 0.0, -1.5, 0.0, 0.0, -0.02])
     limited = np.array([name == "MFJ2" for name in DRIVEN])

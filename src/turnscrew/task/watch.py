@@ -79,6 +79,7 @@ class Watch:
         longest_feel: The same for phases in which fingers feel for the handle [s], at usual pace.
         unheld: Longest time with fewer than two fingertips in contact [s]: a free tool tilts by 1 deg in .1 s.
         dropped: Tilt from which on the tool counts as lost [rad]: no grasp of the plan reaches there.
+        fallen: The same while its tip is out [rad]: tools that were brought back leant by 28 deg at most.
         off_centre: Distance of the tip from the drive that it cannot have inside the slot [m]: half the blade's width
             and a millimetre of the camera's error.
         vain: Rounds in a row that may fail to turn the screw: a grip that has slid is taken again, firmer.
@@ -102,6 +103,7 @@ class Watch:
     longest_feel: float = 1.2
     unheld: float = 0.25
     dropped: float = np.radians(15.0)
+    fallen: float = np.radians(60.0)
     off_centre: float = 0.004
     vain: int = 2
     unseen: float = 0.5
@@ -171,7 +173,7 @@ class Watch:
         if state.unread > self.unread:
             yield FaultKind.DIVERGED, f"no number from {unread(measurement)} for {state.unread:.2f} s"
         if goal.tip_free:
-            yield from self._carrying(state, measurement)
+            yield from self._carrying(state, measurement, estimate)
             return
         if estimate.tip_out >= 1.0:
             away = float(np.linalg.norm(estimate.p_WT_seen - estimate.p_WS))
@@ -194,9 +196,14 @@ class Watch:
         if measurement.time > self.time_limit:
             yield FaultKind.TIMEOUT, f"{measurement.time:.0f} s have passed"
 
-    def _carrying(self, state: WatchState, measurement: Measurement) -> Iterator[tuple[FaultKind, str]]:
-        """The same while a tool whose tip is out is brought back: what tip and tilt say counts for nothing then."""
-        if state.unheld > 4.0 * self.unheld:
+    def _carrying(
+        self, state: WatchState, measurement: Measurement, estimate: Estimate
+    ) -> Iterator[tuple[FaultKind, str]]:
+        """The same while a tool whose tip is out is brought back: where its tip is counts for nothing then."""
+        lean = tilt(estimate.R_WT)
+        if lean > self.fallen:
+            yield FaultKind.TOOL_DROPPED, f"the tool leans by {np.degrees(lean):.1f} deg"
+        elif state.unheld > 4.0 * self.unheld:
             yield FaultKind.TOOL_DROPPED, f"fewer than two fingertips touch since {state.unheld:.2f} s"
         if state.unseen > self.unseen:
             blind = _because(measurement.blind)
