@@ -136,7 +136,7 @@ class Placing:
         joints = [joint for finger in fingers for joint in finger_joints(finger)]
         return float(np.abs(q - estimate.q)[joints].max()), float(np.abs(estimate.v[joints]).max())
 
-    def meets_limit(self, q: Array, v: Array, fingers: Sequence[str], margin: float, time: float = 0.0) -> bool:
+    def meets_limit(self, q: Array, v: Array, fingers: Sequence[str], margin: float, time: float) -> bool:
         """Whether a driven joint of the fingers is on its way to a limit, and within a margin of it in a while.
 
         Args:

@@ -19,8 +19,8 @@ ARM_INERTIA = {"WAMJ1": 4.0, "WAMJ2": 4.0, "WAMJ3": 0.6, "WAMJ4": 0.3}
 ARM_RATE = 10.0
 """At which an arm's joint is held, critically damped [rad/s]: as under torque control."""
 
-WRIST_INERTIA, WRIST_RATE = 0.015, 40.0
-"""Of the wrist [kg.m2, rad/s]: with the joint's own .5 N.m.s/rad, .8 of critical."""
+WRIST_INERTIA, WRIST_RATE, WRIST_DAMPING = 0.015, 40.0, 0.45
+"""Of the wrist [kg.m2, rad/s, N.m.s/rad]: with the joint's own .5 N.m.s/rad, .8 of critical."""
 
 
 def _stiffness(joint: str) -> float:
@@ -33,7 +33,7 @@ def _damping(joint: str) -> float:
     if joint in ARM:
         return 2.0 * ARM_RATE * ARM_INERTIA[joint]
     # a finger's own .1 N.m.s/rad are .56 of critical; more, at a millisecond a step, shakes its lightest link
-    return 0.45 if joint in WRIST else 0.0
+    return WRIST_DAMPING if joint in WRIST else 0.0
 
 
 STIFFNESS: Array = np.array([_stiffness(joint) for joint in DRIVEN])

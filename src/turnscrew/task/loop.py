@@ -121,7 +121,9 @@ class Loop:
         if blocks.between is not None and joints is not None:
             estimate = blocks.between.refresh(joints, estimate, 0.0)
         decider, goal = blocks.decider.update(state.decider, estimate, state.faults, dt)
-        controller, effort = blocks.controller.update(state.controller, goal, estimate, dt if goal.tip_free else beat)
+        # while the tip is free, beats leave control alone
+        period = dt if goal.tip_free else beat
+        controller, effort = blocks.controller.update(state.controller, goal, estimate, period)
         adapter, command = blocks.adapter.update(state.adapter, goal, effort, estimate, beat)
         under_way, driven = self._write(state, plant, command, sensors)
         strain = Strain(effort, state.saturated | command.saturated) if command.tau is not None else None

@@ -79,7 +79,8 @@ class Watch:
         longest_feel: The same for phases in which fingers feel for the handle [s], at usual pace.
         unheld: Longest time with fewer than two fingertips in contact [s]: a free tool tilts by 1 deg in .1 s.
         dropped: Tilt from which on the tool counts as lost [rad]: no grasp of the plan reaches there.
-        fallen: The same while its tip is out [rad]: tools that were brought back leant by 28 deg at most.
+        fallen: The same while its tip is out [rad]: a tool that leans by more lies rather than stands, and twice what
+            tools leant by that were brought back.
         off_centre: Distance of the tip from the drive that it cannot have inside the slot [m]: half the blade's width
             and a millimetre of the camera's error.
         vain: Rounds in a row that may fail to turn the screw: a grip that has slid is taken again, firmer.
