@@ -10,7 +10,7 @@ from rigs.messages import estimate_of
 
 from turnscrew.decide.felt_force import FeltForce
 from turnscrew.decide.gait import Gait
-from turnscrew.decide.gait_state import TH_MF
+from turnscrew.decide.gait_state import FF_RF, TH_MF
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plans import plan_for
 from turnscrew.decide.reseat import AIMS, Reseat
@@ -70,7 +70,7 @@ def test_fingers_that_have_not_found_the_handle_aim_anew() -> None:
 
 @pytest.mark.parametrize(
     ("attempt", "slid", "follows"),
-    [(0, 0.0, Step.LEVEL), (0, 0.01, Step.AIM), (1, 0.01, Step.LEVEL), (2, 0.0, Step.AIM)],
+    [(0, 0.0, Step.LEVEL), (0, 0.01, Step.RELEASE), (1, 0.01, Step.LEVEL), (2, 0.0, Step.RELEASE)],
 )
 def test_a_grasp_that_has_slid_or_failed_twice_is_taken_anew(attempt: int, slid: float, follows: Step) -> None:
     four = carried(slid * UP, p_WS=PLAN.p_WS - HIGH, touching=FOUR)
@@ -78,7 +78,25 @@ def test_a_grasp_that_has_slid_or_failed_twice_is_taken_anew(attempt: int, slid:
     while state.step is Step.LIFT:
         state, _ = RESEAT.update(state, four, DT)
     assert state.step is follows
-    assert state.gripping[FOUR].all() == (follows is Step.LEVEL)
+    assert state.gripping[FOUR].all()
+
+
+def test_two_fingers_give_up_their_load_before_they_let_go() -> None:
+    four = carried(np.zeros(3), p_WS=PLAN.p_WS - HIGH, touching=FOUR)
+    state, shares = begun(Step.RELEASE, gripping=FOUR.copy(), taken=1.0), []
+    while state.step is Step.RELEASE:
+        state, goal = RESEAT.update(state, four, DT)
+        shares.append(goal.share[FOUR])
+    passing, rest = np.array(shares)[:, FF_RF[FOUR]], np.array(shares)[:, TH_MF[FOUR]]
+    np.testing.assert_array_equal(rest, np.ones(rest.shape))
+    # from all of it to none, in no tick more than what a tick is of the time
+    assert passing[0].min() > 1.0 - 1.01 * DT / RESEAT.take
+    assert passing[-1].max() < 1.01 * DT / RESEAT.take
+    assert np.abs(np.diff(passing, axis=0)).max() < 1.01 * DT / RESEAT.take
+    assert state.gripping.tolist() == TH_MF.tolist()
+    while state.step is Step.LIFT:
+        state, _ = RESEAT.update(state, four, DT)
+    assert state.step is Step.AIM
 
 
 @pytest.mark.parametrize(("aside", "follows"), [(0.003, Step.LOOK), (0.03, Step.LIFT)])

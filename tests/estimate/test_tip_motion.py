@@ -17,6 +17,7 @@ ANGLES = np.radians([180.0, 90.0, 0.0, -90.0, 45.0])
 C_W = RADIUS * np.column_stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros(5)]) + [0, 0, HEIGHT]
 TWO, FOUR = np.array([4.0, 0, 4.0, 0, 0]), np.array([4.0, 4.0, 4.0, 4.0, 0])
 BLOCK, P_WT, STILL = TipMotion(), np.zeros(3), np.zeros((3, 3))
+NONE = np.zeros(5)
 
 
 def jacobians() -> np.ndarray:
@@ -41,12 +42,12 @@ class Rig:
         self.tips = Fingertips(C_W, np.tile(np.eye(3), (5, 1, 1)), jacobians(), np.full(5, 0.007), np.zeros(5))
         self.read = np.zeros((5, 3))
 
-    def tick(self, moved: np.ndarray | float = 0.0, rolled: float = 0.0) -> float:
-        """Evidence after a tick in which the contacts have moved so, and the handle has rolled by as much [m]."""
+    def tick(self, moved: np.ndarray | float = 0.0, rolled: float = 0.0, slid: np.ndarray = NONE) -> float:
+        """Evidence after a tick in which contacts moved so, the handle rolled by as much, and fingers slid [m]."""
         read = self.rng.normal(0.0, 0.03 * BLOCK.encoder, (5, 3))
         f_F = self.squeeze[:, None] * [0.0, 0.0, 1.0]
         self.state = BLOCK.update(
-            self.state, self.tips, C_W, f_F, moved + read - self.read, rolled, P_WT, np.eye(3), self.S_hand, DT
+            self.state, self.tips, C_W, f_F, moved + read - self.read, slid, rolled, P_WT, np.eye(3), self.S_hand, DT
         )
         self.read = read
         return self.state.evidence
@@ -105,6 +106,20 @@ def test_a_finger_that_slides_is_no_slip_of_the_tip() -> None:
     assert found < 1.0
 
 
+def test_one_of_two_fingers_that_is_felt_to_slide_is_no_slip_of_the_tip() -> None:
+    down, way = np.outer(np.eye(5)[0], [0.0, 0.0, -0.0004]), 0.0004 * np.eye(5)[0]
+    unaware, aware = Rig(squeeze=TWO), Rig(squeeze=TWO)
+    unaware.run(50)
+    aware.run(50)
+    # what is left of the fit tells nothing: a tool that tilts by so much would move the two contacts likewise
+    assert unaware.tick(down) > 12.8
+    assert aware.tick(down, slid=way) < 0.0
+    # what it tells across the handle still counts
+    slipping = Rig()
+    slipping.run(50)
+    assert slipping.tick(slip((0.0015, 0.0)), slid=0.5 * way) > 12.8
+
+
 def test_a_slip_is_forgotten() -> None:
     rig = Rig()
     rig.run(50)
@@ -118,11 +133,13 @@ def test_displacement_is_a_weighted_least_squares() -> None:
     rng = np.random.default_rng(1)
     way, J = 1e-4 * rng.normal(size=(5, 3)), rng.normal(size=(5, 6, 28))
     held, p_WF, encoder, floor = np.array([1.0, 0.0, 0.5, 0.3, 0.0]), C_W + 0.01 * rng.normal(size=(5, 3)), 4e-4, 2e-5
-    found = displaced(way, held, C_W, p_WF, J, P_WT, HAND_JOINTS, encoder, floor, 5e-4, 0.02, 0.02, DT)
+    slid, axis = 3e-4 * rng.random(5), np.array([0.0, 0.6, 0.8])
+    found = displaced(way, held, C_W, p_WF, J, P_WT, HAND_JOINTS, encoder, floor, slid, axis, 5e-4, 0.02, 0.02, DT)
     N, g, square = np.diag([0.0, 0.0, 5e-4**-2, *[0.02**-2] * 3]), np.zeros(6), 0.0
     for i in (0, 2, 3):
         point = (J[i, :3] - skew(C_W[i] - p_WF[i]) @ J[i, 3:])[:, HAND_JOINTS:]
-        W = np.linalg.inv(encoder**2 * (1.0 + DT / held[i]) * point @ point.T + floor**2 * np.eye(3))
+        S = encoder**2 * (1.0 + DT / held[i]) * point @ point.T + floor**2 * np.eye(3)
+        W = np.linalg.inv(S + slid[i] ** 2 * np.outer(axis, axis))
         B = np.hstack([np.eye(3), -skew(C_W[i])])
         N, g, square = N + B.T @ W @ B, g + B.T @ W @ way[i], square + float(way[i] @ W @ way[i])
     x = np.linalg.solve(N, g)
@@ -149,8 +166,8 @@ def test_a_rougher_encoder_says_less() -> None:
     rig.run(50)
     before, moved = rig.state, slip((0.001, 0.0))
     f_F = rig.squeeze[:, None] * [0.0, 0.0, 1.0]
-    sharp = BLOCK.update(before, rig.tips, C_W, f_F, moved, 0.0, P_WT, np.eye(3), STILL, DT)
-    blunt = rough.update(before, rig.tips, C_W, f_F, moved, 0.0, P_WT, np.eye(3), STILL, DT)
+    sharp = BLOCK.update(before, rig.tips, C_W, f_F, moved, NONE, 0.0, P_WT, np.eye(3), STILL, DT)
+    blunt = rough.update(before, rig.tips, C_W, f_F, moved, NONE, 0.0, P_WT, np.eye(3), STILL, DT)
     assert blunt.evidence < 0.5 * sharp.evidence
 
 
@@ -161,7 +178,8 @@ def test_what_the_blade_s_play_allows_is_no_slip() -> None:
     f_F, found = rig.squeeze[:, None] * [0.0, 0.0, 1.0], []
     for block in (tight, BLOCK):
         for t in ((0.0, BLOCK.play), (0.001, 0.0)):
-            found.append(block.update(rig.state, rig.tips, C_W, f_F, slip(t), 0.0, P_WT, np.eye(3), STILL, DT).evidence)
+            state = block.update(rig.state, rig.tips, C_W, f_F, slip(t), NONE, 0.0, P_WT, np.eye(3), STILL, DT)
+            found.append(state.evidence)
     # a slip of a millimetre stays one beside play of a fifth of it
     assert found[2] < 0.8 * found[0]
     assert found[3] > 12.8

@@ -107,6 +107,26 @@ def test_fingers_that_are_taken_off_may_slide() -> None:
     assert rig.after() < 1.0
 
 
+def test_readings_that_turn_while_fingers_let_go_are_no_slip() -> None:
+    found = []
+    rough = TipSlip()
+    for block in (replace(rough, turning=0.0), rough, GOOD):
+        rig = Rig(block=block, squeeze=FOUR)
+        rig.run(100)
+        signals = []
+        for share in np.linspace(1.0, 0.1, 18):
+            rig.squeeze = TWO + (FOUR - TWO) * share
+            # both that leave begin to slide at last: what they are read to press with turns by 40 deg, to one side
+            side = 0.8 * 4.0 * share if share < 0.5 else 0.0
+            signals.append(rig.tick(push(1, 3, force=(side, 0.0, 0.0))))
+        rig.squeeze = TWO
+        found.append(max(*signals, rig.after()))
+    assert found[0] >= 1.0
+    assert found[1] < 1.0
+    # with readings that are good to 3 deg it would have been a force
+    assert found[2] >= 1.0
+
+
 def test_good_fingertips_see_what_rough_ones_excuse() -> None:
     evidence = []
     for block in (GOOD, replace(GOOD, direction_error=np.deg2rad(30.0))):

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from turnscrew.actuate.stops import Stops
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.coupling import DRIVEN_INDEX
 from turnscrew.robot.joints import ARM, COUPLED, FINGERS, INDEX, WRIST, finger_joints
 from turnscrew.robot.model import Fingertips, RobotModel, driven_jacobian
-from turnscrew.robot.servos import STIFFNESSES
+from turnscrew.robot.servos import FINGER_STIFFNESS, STIFFNESSES
 from turnscrew.signals import FREE, REACH, Command, Effort, Estimate, Goal
 
 PALM_JOINTS = np.array([INDEX[name] for name in (*ARM, *WRIST)])
+STOP = FINGER_STIFFNESS
+"""Stiffness of the soft stops [N.m/rad]: with the servo's own, 15 ms late, twice that leaves .3 of critical damping."""
+
 FINGER_JOINTS = [np.array(finger_joints(finger)) for finger in FINGERS]
 
 
@@ -37,6 +41,7 @@ class PositionAdapter:
         push: How far a finger that feels for the handle may be commanded ahead of itself [m]: it then presses with
             some 4 N on whatever holds it up, such as another finger.
         speed: Fastest motion of a free joint's command [rad/s]: Shadow's 2-4 rad/s.
+        stops: Before the limits of the fingers' joints.
     """
 
     robot: RobotModel
@@ -45,6 +50,10 @@ class PositionAdapter:
     margin: float = 0.005
     push: float = 0.003
     speed: float = 4.0
+    stops: Stops = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "stops", Stops(self.robot.limits, STOP))
 
     def init(self, q: Array) -> Array:
         """Commands begin where the joints are.
@@ -90,7 +99,7 @@ class PositionAdapter:
             rest = goal.q_guide[joints] + offset[joints] - q[joints]
             q[joints] += dt * self._inverse(J_c[:, joints], slack, self.guide * rest)
             bend += effort.f_W[row] @ J_c
-        return self._limit(state, q, bend)
+        return self._limit(state, q, bend, self.stops.pushed_back(estimate.q, estimate.v))
 
     def _contact_motion(
         self, row: int, effort: Effort, estimate: Estimate, tips: Fingertips, J: Array
@@ -120,13 +129,13 @@ class PositionAdapter:
             return np.asarray(J.T @ weights[:, 0])
         return np.asarray(J.T @ (weights[:, 0] - weights[:, 1]) + rest)
 
-    def _limit(self, before: Array, q: Array, bend: Array) -> tuple[Array, Command]:
-        """Adds the servos' bending under load, and keeps all within the joint ranges."""
+    def _limit(self, before: Array, q: Array, bend: Array, back: Array) -> tuple[Array, Command]:
+        """Adds the servos' bending under load and by the stops' springs, and keeps all within the joint ranges."""
         limits = self.robot.limits
         q = np.clip(q, limits[:, 0] + self.margin, limits[:, 1] - self.margin)
         for follower, leader in COUPLED.items():
             q[INDEX[follower]] = q[INDEX[leader]]
             bend[INDEX[leader]] += bend[INDEX[follower]]
-        wanted = q[DRIVEN_INDEX] + bend[DRIVEN_INDEX] / STIFFNESSES
+        wanted = q[DRIVEN_INDEX] + (bend[DRIVEN_INDEX] + back) / STIFFNESSES
         low, high = limits[DRIVEN_INDEX].T
         return q, Command(np.clip(wanted, low, high), (wanted < low) | (wanted > high), motion=q - before)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from turnscrew.decide.gait_state import TH_MF, GaitState
+from turnscrew.decide.gait_state import FF_RF, TH_MF, GaitState
 from turnscrew.decide.reseat_gather import STILL, Gathering, Motion
 from turnscrew.decide.reseat_pose import leaning, seen_from, toward
 from turnscrew.decide.reseat_search import Search
@@ -73,7 +73,7 @@ class Reseat:
         turning: and of the orientation [rad/s].
         near: How near the tool comes before the camera looks [m].
         reachable: Error of the palm from which on the arm cannot bring the tool to a heading [m].
-        take: Time in which a touching finger takes its share of the load [s].
+        take: Time in which a touching finger takes its share of the load, or gives it up [s].
         closing: Speed of a finger that feels for the handle [m/s], as in the gait.
         still, aim, level, approach, look, feel: Longest times of these steps [s].
         settled: Shortest time of those that end when the tool is where it should be [s].
@@ -122,8 +122,8 @@ class Reseat:
         if state.step is Step.WALK:
             return self._walk(state, estimate, dt)
         steps: dict[Step, Callable[[ReseatState, Estimate, float], Moved]] = {
-            Step.STILL: self._still, Step.LIFT: self._lift, Step.AIM: self._aim, Step.FEEL: self._feel,
-            Step.LEVEL: self._level, Step.HOVER: self._hover, Step.LOOK: self._look,
+            Step.STILL: self._still, Step.LIFT: self._lift, Step.RELEASE: self._release, Step.AIM: self._aim,
+            Step.FEEL: self._feel, Step.LEVEL: self._level, Step.HOVER: self._hover, Step.LOOK: self._look,
         }  # fmt: skip
         done = steps.get(state.step, self._search)
         before = state
@@ -150,8 +150,12 @@ class Reseat:
             renewed = state.attempt % RENEWED == 0 if state.attempt else off > SLID
             if not renewed:
                 return state.to(Step.LEVEL), motion
-            state = changed(state, gripping=TH_MF.copy())
+            return state.to(Step.RELEASE), motion
         return (self._aimed(state, estimate) if off < PLACED or state.clock > self.level else state), motion
+
+    def _release(self, state: ReseatState, estimate: Estimate, dt: float) -> Moved:
+        over = state.clock > self.take
+        return (changed(state.to(Step.LIFT), gripping=TH_MF.copy()) if over else state), STILL
 
     def _aimed(self, state: ReseatState, estimate: Estimate) -> ReseatState:
         """The state with those of the four that do not hold sent for the handle."""
@@ -251,8 +255,10 @@ class Reseat:
         feeling = before.step is Step.FEEL
         reaching = FOUR & ~state.gripping & feeling
         roles = np.where(state.gripping, GRIP, np.where(reaching, REACH, FREE))
-        whole = min(FIRST + (1.0 - FIRST) * state.taken / self.take, 1.0)
-        share = np.where(state.gripping, whole, 0.0)
+        share = np.where(state.gripping, min(FIRST + (1.0 - FIRST) * state.taken / self.take, 1.0), 0.0)
+        if before.step is Step.RELEASE:
+            # fingers that let go at once leave the thumb pressing on the middle finger with what all four have held
+            share[FF_RF] *= max(1.0 - before.clock / self.take, 0.0)
         blend = min(before.clock / (0.8 * self.aim), 1.0) if before.step is Step.AIM else 1.0
         p, _ = self.robot.palm(estimate.q)
         step = before.step

@@ -23,6 +23,8 @@ class Step(StrEnum):
     """Hold what is held, until the camera tells where the tool is."""
     LIFT = "lift"
     """The arm lifts the tip over the head."""
+    RELEASE = "release"
+    """Forefinger and ring finger give up their share of the load, where they are to take the handle anew."""
     AIM = "aim"
     """Fingers that do not hold come before the handle,"""
     FEEL = "feel"

@@ -110,7 +110,7 @@ def _rows(lever: Array) -> Array:
 @compiled
 def displaced(
     way: Array, held: Array, c_W: Array, p_WF: Array, J: Array, p_WT: Array, first: int, encoder: float, floor: float,
-    lift: float, turn: float, fresh: float, dt: float,
+    slid: Array, axis: Array, lift: float, turn: float, fresh: float, dt: float,
 ) -> Displaced:  # fmt: skip
     """Displacement of the tip that fits best what the fingertips have strayed by, whatever the tool turned by.
 
@@ -124,6 +124,8 @@ def displaced(
         first: First joint of the hand's fingers.
         encoder: Noise of a finger's joint as smoothed [rad].
         floor: What a contact moves by that no encoder tells [m].
+        slid: (5,) by how much each may have slid along the handle [m],
+        axis: (3,) and the handle's axis, in W.
         lift: Standard deviation along z of what all have moved by alike [m].
         turn: Of what the tool may have turned by beside what odometry has told, about any axis [rad].
         fresh: Time for which a finger that has just begun to hold does not tell [s].
@@ -138,6 +140,9 @@ def displaced(
             continue
         # the first reading, from which the way counts, is noisy as well, and is forgotten with time
         S = _noise(J[i], c_W[i] - p_WF[i], first, encoder * np.sqrt(1.0 + dt / held[i]), floor)
+        for j in range(3):
+            for k in range(3):
+                S[j, k] += slid[i] * slid[i] * axis[j] * axis[k]
         B, d = _rows(c_W[i] - p_WT), way[i].copy().reshape(3, 1)
         weighed = solve_positive(S, np.hstack((B, d)))
         N += B.T @ weighed[:, :6].copy()

@@ -20,7 +20,8 @@ class Press(NamedTuple):
         size: (5,) size of each force, pressing or not [N].
         same: Whether the same ones as at the last tick.
         firm: (5,) which hold firm.
-        loose: What the others press with, all together [N]: no more can the tool's jerk be that they let go.
+        loose: What the others press with or have pressed with lately, all together [N]: no more can the tool's jerk be
+            that they let go.
     """
 
     since: Array
@@ -58,7 +59,7 @@ def pressed(
         held = sqrt(level[i, 0] ** 2 + level[i, 1] ** 2 + level[i, 2] ** 2)
         holds[i] = holds[i] and since[i] > 0.0 and held > max(firm, letting_go * slow[i])
         if not holds[i]:
-            loose += max(size[i], held)
+            loose += max(size[i], held, slow[i])
         if since[i] > 0.0:
             for j in range(3):
                 force[i, j] = f_W[i, j]

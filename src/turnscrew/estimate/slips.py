@@ -100,7 +100,7 @@ class Slips:
         S = 2.0 * f.P[HAND, HAND] * (1.0 - exp(-self.fingers.memory / arm_time))
         rolled, sigma = radius * turned, sqrt(float(axis @ S @ axis))
         fingers = self.fingers.update(state.fingers, moved @ axis, level, sigma, rolled, dt)
-        motion = self.motion.update(state.motion, after, tip_W, f_F, moved, rolled, f.p_WT, f.R_WT, S, dt)
+        motion = self.motion.update(state.motion, after, tip_W, f_F, moved, fingers.slid, rolled, f.p_WT, f.R_WT, S, dt)
         return changed(state, fingers=fingers, motion=motion, turned=turned)
 
     def turned(self, state: SlipsState, f: FilterState, seen: Seen, radius: float) -> SlipsState:

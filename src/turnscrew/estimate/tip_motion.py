@@ -10,9 +10,10 @@ forgotten slowly, as by a high-pass.  The displacement t of the tip that fits be
     min  sum |t + u x (c_i - p) - d_i|^2 / S_i  +  |u|^2 / s_u^2  +  t_z^2 / s_z^2,
 
 S_i from the encoders' noise by the fingers' Jacobians, has then a covariance S, and with the hand's own, for the arm's
-encoders move all fingers alike, S + S_h.  Where the fit leaves more than noise explains, fingers slide: S grows by as
-much.  The answer is the log-likelihood ratio of t with the slip's way added, a Gaussian that is wide along the blade's
-edge and narrow across it, where the slot's walls are, against t with noise alone.
+encoders move all fingers alike, S + S_h.  A finger that slides down the handle moves along it by itself: S_i grows by
+the square of that way.  Where the fit leaves more than all this explains, S grows by as much.  The answer is the
+log-likelihood ratio of t with the slip's way added, a Gaussian that is wide along the blade's edge and narrow across
+it, where the slot's walls are, against t with noise alone.
 
 Paper: no counterpart; dv_x = dv_y = 0 of III-B and no slip (13) are what it is made of.
 """
@@ -105,6 +106,7 @@ class TipMotion:
         c_W: Array,
         f_F: Array,
         moved: Array,
+        slid: Array,
         rolled: float,
         p_WT: Array,
         R_WT: Array,
@@ -119,6 +121,7 @@ class TipMotion:
             c_W: (5, 3) their contact points, in W [m].
             f_F: (5, 3) their forces as read [N].
             moved: (5, 3) by how much each has moved in this tick otherwise than with the tool, in W [m]; see `astray`.
+            slid: (5,) by what each has slid down the handle lately [m]; see `FingerSlip`.
             rolled: By what the handle has rolled in the fingers in this tick [m].
             p_WT: (3,) tip position, in W [m].
             R_WT: (3, 3) orientation of the tool, its x along the blade's edge.
@@ -128,8 +131,8 @@ class TipMotion:
         """
         keep = exp(-dt / self.memory)
         return MotionState(*_told(
-            state.way, state.held, state.slow, state.rolled, f_F, moved, rolled, tips.p_WF, tips.J, c_W, p_WT, R_WT,
-            S_hand, (self.firm, self.going, keep, self.slow_time),
+            state.way, state.held, state.slow, state.rolled, f_F, moved, slid, rolled, tips.p_WF, tips.J, c_W, p_WT,
+            R_WT, S_hand, (self.firm, self.going, keep, self.slow_time),
             (self.floor, self.share), (self.encoder, self.lift, self.turn, self.fresh), self.play, self.far, self.near,
             dt,
         ))  # fmt: skip
@@ -137,10 +140,10 @@ class TipMotion:
 
 @compiled
 def _told(
-    way: Array, held: Array, slow: Array, rolled: float, f_F: Array, moved: Array, roll: float, p_WF: Array, J: Array,
-    c_W: Array, p_WT: Array, R_WT: Array, S_hand: Array, straying: tuple[float, float, float, float],
-    creep: tuple[float, float], fitting: tuple[float, float, float, float], play: float, far: float, near: float,
-    dt: float,
+    way: Array, held: Array, slow: Array, rolled: float, f_F: Array, moved: Array, slid: Array, roll: float,
+    p_WF: Array, J: Array, c_W: Array, p_WT: Array, R_WT: Array, S_hand: Array,
+    straying: tuple[float, float, float, float], creep: tuple[float, float],
+    fitting: tuple[float, float, float, float], play: float, far: float, near: float, dt: float,
 ) -> tuple[Array, Array, Array, float, float]:  # fmt: skip
     """`TipMotion.update` at once: `strayed`, `displaced` and `evidence`; the state's entries in their order."""
     firm, going, keep, slow_time = straying
@@ -150,7 +153,8 @@ def _told(
     rolled = keep * rolled + abs(roll)
     floor = hypot(least, share * rolled)
     found = displaced(
-        now.way, now.held, c_W, p_WF, J, p_WT, HAND_JOINTS, encoder, floor, lift, turn, fresh, dt
+        now.way, now.held, c_W, p_WF, J, p_WT, HAND_JOINTS, encoder, floor, slid, R_WT[:, 2].copy(), lift, turn,
+        fresh, dt,
     )  # fmt: skip
     told = 0.0
     if found.number >= 2:

@@ -36,7 +36,7 @@ import numpy as np
 
 from turnscrew.estimate.biased_load import DIRECTION_SHARE
 from turnscrew.estimate.second_look import LookState, SecondLook
-from turnscrew.estimate.slip_steps import held_force, net_force, pressed
+from turnscrew.estimate.slip_steps import Press, held_force, net_force, pressed
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.joints import FINGERS
 
@@ -90,6 +90,8 @@ class TipSlip:
         force_walk: What the tip's force may change by in a tick without slip [N]: found by trial, what fingers that
             touch and slide pass this on.
         torque_walk: The same of the torque about the tip [N.m]: what .06 N at the handle's height make.
+        turning: What the tip's force may change by in a tick while fingers touch or let go, over their force and the
+            readings' error in direction, which is another one as soon as they slide: found by trial, .3 to 1 do.
         stir: How much more forces may change by while fingers have just touched or let go: found by trial, 2 to 4 do.
         jump_error: Error that a jump of a squeeze brings with it, over the jump, beside what its direction error
             brings: .03 + sigma / 4, found by trial: a finger that slides turns its force, too.
@@ -118,6 +120,7 @@ class TipSlip:
     memory: float = 3.0
     force_walk: float = 0.12
     torque_walk: float = 0.008
+    turning: float = 0.5
     stir: float = 3.0
     jump_error: float = 0.03
     height: float = 0.125
@@ -177,7 +180,7 @@ class TipSlip:
         )  # fmt: skip
         changed = state.changed + dt if now.same else 0.0
         stir = self.stir if changed < self.quiet else 1.0
-        x, P, net = self._net(state, now.f_W, c_W - p_WT, n_W, stir, dt)
+        x, P, net = self._net(state, now, c_W - p_WT, n_W, stir, dt)
         ripple = hypot(self.haste * self.ripple, now.loose)
         level, slope, grip = held_force(state.level, state.slope, now.f_W, now.firm, ripple, *self.follow)
         place, innovation = self._seen(state, seen)
@@ -211,13 +214,15 @@ class TipSlip:
         return 0.5 * (1.0 - self.inflation**-2) * squared - size * log(self.inflation)
 
     def _net(
-        self, state: SlipState, f_W: Array, arm: Array, n_W: Array, stir: float, dt: float
+        self, state: SlipState, now: Press, arm: Array, n_W: Array, stir: float, dt: float
     ) -> tuple[Array, Array, float]:
         """Five Kalman filters at once: load and reading errors; returns the sum of squared normalised innovations."""
-        jump = (self.jump_error + 0.25 * self._sigma) ** 2
+        jump, turned = (self.jump_error + 0.25 * self._sigma) ** 2, self.turning * self._sigma * now.loose
+        force_walk = hypot(stir * self.haste * self.force_walk, turned)
+        torque_walk = hypot(stir * self.haste * self.torque_walk, self.height * turned)
         return net_force(
-            state.x, state.P, f_W, arm, n_W, state.level, self.height, jump, self._sigma, self.noise,
-            exp(-dt / self.memory), stir * self.haste * self.force_walk, stir * self.haste * self.torque_walk,
+            state.x, state.P, now.f_W, arm, n_W, state.level, self.height, jump, self._sigma, self.noise,
+            exp(-dt / self.memory), force_walk, torque_walk,
         )  # fmt: skip
 
     def _seen(self, state: SlipState, seen: tuple[Array, Array] | None) -> tuple[Array, float | None]:
