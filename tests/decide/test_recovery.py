@@ -14,7 +14,7 @@ from turnscrew.decide.gait import Gait
 from turnscrew.decide.gait_state import FF_RF, TH_MF, Phase
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plans import plan_for
-from turnscrew.decide.recovery import POLICY, Action, Decider, DeciderState
+from turnscrew.decide.recovery import POLICY, ROLL_LAG, Action, Decider, DeciderState
 from turnscrew.robot.joints import FINGERS
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import FREE, GRIP, REACH, TIP_LAG, Estimate, Fault, FaultKind, Goal
@@ -217,7 +217,7 @@ def test_a_tip_that_carries_nothing_is_not_sure_to_be_in_its_drive() -> None:
         state, _ = DECIDER.update(state, known, (), DT)
     state, _ = DECIDER.update(state, known, trouble(FaultKind.CAM_OUT), DT)
     assert state.reseat is not None
-    assert state.reseat.theta_lost == pytest.approx(1.0 + 0.04 * (10 - TIP_LAG + 1))
+    assert state.reseat.lost[-1] == pytest.approx(1.0 + 0.04 * (10 - TIP_LAG + 1))
 
 
 def test_a_round_that_ended_with_the_tip_perhaps_out_does_not_count() -> None:
@@ -238,6 +238,16 @@ def test_a_round_that_ended_with_the_tip_perhaps_out_does_not_count() -> None:
     assert (later.gait.round, goal.round) == (1, 1)
 
 
+def test_a_tip_that_is_lost_between_rolls_is_searched_for_where_it_was_last_sure_to_be_in() -> None:
+    state = into(Phase.SUPPORT)
+    for _ in range(ROLL_LAG):
+        state, _ = DECIDER.update(state, replace(standing(), theta=1.0), (), DT)
+        state = replace(state, gait=replace(state.gait, phase=Phase.SUPPORT, clock=DT))
+    state, _ = DECIDER.update(state, replace(standing(), theta=1.5, tip_out=0.9), trouble(FaultKind.CAM_OUT), DT)
+    assert state.reseat is not None
+    assert state.reseat.lost == (1.0,)
+
+
 def test_a_lost_tip_is_searched_for_from_where_it_was_last_sure_to_be_in() -> None:
     state = into(Phase.ROLL)
     for tick in range(20):
@@ -247,7 +257,12 @@ def test_a_lost_tip_is_searched_for_from_where_it_was_last_sure_to_be_in() -> No
     state, goal = DECIDER.update(state, known, trouble(FaultKind.CAM_OUT), DT)
     assert state.action is Action.RESEAT
     assert state.reseat is not None
-    assert state.reseat.theta_lost == pytest.approx(1.0 + 0.02 * (10 - TIP_LAG + 1))
+    assert state.reseat.lost[-1] == pytest.approx(1.0 + 0.02 * (10 - TIP_LAG + 1))
+    # in a roll, it is likelier where it was when such a loss happens that is named now
+    assert state.reseat.lost[0] == pytest.approx(1.0 + 0.02 * (21 - ROLL_LAG))
+    assert state.reseat.theta == state.reseat.lost[0]
+    again = state.reseat.failed("nothing there")
+    assert again.theta == (0.0 if again.spring else state.reseat.lost[1])
     assert goal.tip_free
     assert goal.tip_force == 0.0
     assert goal.phase.startswith("reseat")

@@ -13,13 +13,14 @@ from turnscrew.decide.gait import Gait
 from turnscrew.decide.gait_state import FF_RF, TH_MF
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plans import plan_for
-from turnscrew.decide.reseat import AIMS, Reseat
+from turnscrew.decide.reseat import AIMS, CRAMPED, Reseat
 from turnscrew.decide.reseat_gather import Gathering
 from turnscrew.decide.reseat_pose import leaning
 from turnscrew.decide.reseat_search import Search
 from turnscrew.decide.reseat_state import FOUR, ReseatState, Step
 from turnscrew.decide.reseat_walk import AirWalk
 from turnscrew.geometry.arrays import Array
+from turnscrew.robot.joints import INDEX
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import Estimate
 
@@ -42,7 +43,7 @@ def carried(by: Array, **changes: object) -> Estimate:
 
 def begun(step: Step, **changes: object) -> ReseatState:
     """A state in a step, with two fingers on the handle."""
-    return replace(ReseatState(step, 0.0, TH_MF.copy(), GAIT.init(), 0.0, False, True, Q, Q), **changes)
+    return replace(ReseatState(step, 0.0, TH_MF.copy(), GAIT.init(), (0.0,), False, True, Q, Q), **changes)
 
 
 @pytest.mark.parametrize("by", [(0.0, 0.0, 0.0), (0.0, 0.0, 0.015), (0.004, -0.003, -0.002)])
@@ -97,6 +98,17 @@ def test_two_fingers_give_up_their_load_before_they_let_go() -> None:
     while state.step is Step.LIFT:
         state, _ = RESEAT.update(state, four, DT)
     assert state.step is Step.AIM
+
+
+@pytest.mark.parametrize(("room", "follows"), [(0.5 * CRAMPED, Step.WALK), (2.0 * CRAMPED, Step.HOVER)])
+def test_fingers_that_cannot_give_way_any_more_take_the_handle_anew(room: float, follows: Step) -> None:
+    q = Q.copy()
+    q[INDEX["MFJ3"]] = ROBOT.limits[INDEX["MFJ3"], 0] + room
+    four = carried(np.zeros(3), touching=FOUR, q=q)
+    state = begun(Step.LEVEL, gripping=FOUR.copy())
+    while state.step is Step.LEVEL:
+        state, _ = RESEAT.update(state, four, DT)
+    assert state.step is follows
 
 
 @pytest.mark.parametrize(("aside", "follows"), [(0.003, Step.LOOK), (0.03, Step.LIFT)])

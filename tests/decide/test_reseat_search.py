@@ -40,7 +40,7 @@ class MadeUp(FeltForce):
 def begun(step: Step, **changes: object) -> ReseatState:
     """A state in a step, its corner where the estimate has the tool's."""
     q = HELD.q
-    start = ReseatState(Step.LOOK, 0.0, FOUR.copy(), GAIT.init(), 1.0, False, False, q, q, heading=HEADING)
+    start = ReseatState(Step.LOOK, 0.0, FOUR.copy(), GAIT.init(), (1.0,), False, False, q, q, heading=HEADING)
     search = Search(FeltForce(ROBOT), WIDTH, DEPTH)
     corner = search.over(start, HELD, 0.0)
     p_WT, R_WT = leaning(corner, HEADING, 1.0, search.lean, 0.5 * WIDTH)

@@ -38,6 +38,11 @@ class Action(StrEnum):
     """Hold the tool still as it is held, and end the run."""
 
 
+ROLL_LAG = 15
+"""Ticks from the loss of a tip in a roll until it is named: 7 to 20 in 20 knocks.  The angle believed that long before
+was off by 10 deg at most, the one at which the tip was last sure to be in by up to 70: at full pace force and camera
+begin to doubt a roll before anything is lost."""
+
 ROLLING_PAIR = (Phase.SETTLE, Phase.ROLL, Phase.ADD)
 
 POLICY: Mapping[FaultKind, Mapping[Phase, Action]] = MappingProxyType(
@@ -83,6 +88,7 @@ class DeciderState:
         fault: What the run is being stopped for, or is if the search for the drive comes to nothing.
         reseat: Of the last search for the drive.
         sure: Angles of the screw [rad], and rounds made, in the last ticks in which its tip was taken to be in it.
+        lately: Angles of the screw in the last ticks [rad], and whether the hand was rolling.
     """
 
     gait: GaitState
@@ -93,6 +99,7 @@ class DeciderState:
     fault: Fault | None = None
     reseat: ReseatState | None = None
     sure: tuple[tuple[float, int], ...] = ()
+    lately: tuple[tuple[float, bool], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -136,6 +143,8 @@ class Decider:
         state = changed(state, clock=state.clock + dt)
         if estimate.tip_out < TIP_DOUBT and estimate.F_s[2] > TIP_LOADED:
             state = changed(state, sure=(*state.sure, (estimate.theta, state.gait.round))[-TIP_LAG:])
+        lately = (*state.lately, (estimate.theta, state.gait.phase is Phase.ROLL))[-ROLL_LAG:]
+        state = changed(state, lately=lately)
         if fault is not None:
             state = self._answer(state, fault, estimate)
         elif state.action is Action.WAIT:
@@ -177,7 +186,8 @@ class Decider:
             # what has been counted since the tip may have been out was no round
             theta, rounds = state.sure[0] if state.sure else (estimate.theta, state.gait.round)
             gait = changed(state.gait, round=rounds)
-            reseat = self.reseat.init(gait, estimate, theta)
+            then, rolling = state.lately[0]
+            reseat = self.reseat.init(gait, estimate, (then, theta) if rolling else (theta,))
             return changed(state, gait=gait, action=action, clock=0.0, made=made, reseat=reseat, fault=fault)
         gait = {
             Action.WAIT: lambda: state.gait,

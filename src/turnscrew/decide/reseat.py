@@ -22,6 +22,7 @@ from turnscrew.decide.thread_guess import springs_back
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.euler import yaw
 from turnscrew.robot.inverse_kinematics import place_palm
+from turnscrew.robot.joints import FINGERS, finger_joints
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import FREE, GRIP, REACH, Estimate, Goal
 from turnscrew.values import changed
@@ -54,6 +55,9 @@ AIMS = 3
 
 RENEWED = 2
 """After how many attempts forefinger and ring finger take the handle anew: a search may have twisted it in the hand."""
+
+CRAMPED = 0.02
+"""What is left to a joint's limit when a finger cannot give way any more [rad]: there its soft stop begins."""
 
 FIRST = 0.1
 """Share of the load that a finger takes when it has just touched, as in the gait."""
@@ -98,17 +102,17 @@ class Reseat:
     approach: float = 6.0
     look: float = 2.5
 
-    def init(self, gait: GaitState, estimate: Estimate, theta: float) -> ReseatState:
+    def init(self, gait: GaitState, estimate: Estimate, lost: tuple[float, ...]) -> ReseatState:
         """The tip has been lost.
 
         Args:
             gait: Where the gait was.
             estimate: Who touches, and where the joints are.
-            theta: Angle of the screw when the tip was last sure to be in its drive [rad].
+            lost: Angles at which the screw may have been then, the likeliest first [rad].
         """
         guess = springs_back(gait.falls)
         held = gait.gripping & estimate.touching
-        return ReseatState(Step.STILL, 0.0, held, gait, theta, *guess, estimate.q, estimate.q)
+        return ReseatState(Step.STILL, 0.0, held, gait, lost, *guess, estimate.q, estimate.q)
 
     def update(self, state: ReseatState, estimate: Estimate, dt: float) -> tuple[ReseatState, Goal]:
         """One tick.
@@ -183,12 +187,18 @@ class Reseat:
         if not upright and state.clock < self.level:
             return state, motion
         error, chosen = self._choose(state, estimate)
-        if state.walked or (error < self.reachable and not state.blocked):
+        if state.walked or (error < self.reachable and not state.blocked and not self._cramped(state, estimate)):
             return chosen.to(Step.HOVER), motion
         if not (state.gripping & estimate.touching)[FOUR].all():
             # it would let go of the tool
             return state.failed("fewer than four fingers have found the tool"), motion
         return self.walk.begin(state.to(Step.WALK), estimate), motion
+
+    def _cramped(self, state: ReseatState, estimate: Estimate) -> bool:
+        """Whether a joint of a finger that holds the tool has come near its limit: thumb and middle finger go back."""
+        joints = [joint for row in np.flatnonzero(state.gripping) for joint in finger_joints(FINGERS[row])]
+        q, (low, high) = estimate.q[joints], self.robot.limits[joints].T
+        return bool(np.minimum(q - low, high - q).min() < CRAMPED)
 
     def _walk(self, state: ReseatState, estimate: Estimate, dt: float) -> tuple[ReseatState, Goal]:
         state, goal, whole = self.walk.update(state, estimate, dt)

@@ -118,7 +118,8 @@ class ReseatState:
         clock: Time in it [s].
         gripping: (5,) fingers that carry the tool.
         gait: Of the gait: when the tip was lost, and while it turns the tool in the air.
-        theta_lost: Angle of the screw when the tip was last sure to be in its drive [rad].
+        lost: Angles at which the screw may have been when the tip left its drive, the likeliest first [rad]; attempts
+            take turns with them.
         spring: Whether the screw is taken to have sprung back to where it began.
         sure: Whether that is beyond doubt.
         q_from: (28,) postures when the step began [rad].
@@ -153,7 +154,7 @@ class ReseatState:
     clock: float
     gripping: Flags
     gait: GaitState
-    theta_lost: float
+    lost: tuple[float, ...]
     spring: bool
     sure: bool
     q_from: Array
@@ -186,7 +187,7 @@ class ReseatState:
     @property
     def theta(self) -> float:
         """Angle at which the screw is taken to stand [rad]: a spring is back where it began."""
-        return (0.0 if self.spring else self.theta_lost) + self.off
+        return (0.0 if self.spring else self.lost[self.tried % len(self.lost)]) + self.off
 
     @property
     def along(self) -> Array:
