@@ -38,10 +38,10 @@ class Action(StrEnum):
     """Hold the tool still as it is held, and end the run."""
 
 
-ROLL_LAG = 15
-"""Ticks from the loss of a tip in a roll until it is named: 7 to 20 in 20 knocks.  The angle believed that long before
-was off by 10 deg at most, the one at which the tip was last sure to be in by up to 70: at full pace force and camera
-begin to doubt a roll before anything is lost."""
+ROLL_LAG = 17
+"""Ticks from the loss of a tip in a roll until it is answered: it is named after 7 to 20 in 20 knocks, mostly after 15.
+The angle believed so long before was off by 10 deg at most, the one at which the tip was last sure to be in by up to
+70: at full pace force and camera begin to doubt a roll before anything is lost."""
 
 ROLLING_PAIR = (Phase.SETTLE, Phase.ROLL, Phase.ADD)
 
