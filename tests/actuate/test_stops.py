@@ -74,6 +74,7 @@ def pressed(stiffness, late, servo, tau):
     [(STOP, 7, (0.0, 0.0)), (SERVO_STOP, 15, (FINGER_STIFFNESS, FINGER_DAMPING))],
 )
 def test_a_joint_that_is_pressed_rests_before_its_limit(stiffness, late, servo):
+    # what brings it to the limit without stops, and three fifths of what these hold there
     alone = servo[0] * np.radians(3.0)
     tau = alone + 0.6 * stiffness * STOPS.depth
     angles = pressed(stiffness, late, servo, tau)

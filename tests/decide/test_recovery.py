@@ -248,7 +248,7 @@ def test_a_tip_that_is_lost_between_rolls_is_searched_for_where_it_was_last_sure
     assert state.reseat.lost == (1.0,)
 
 
-def test_a_lost_tip_is_searched_for_from_where_it_was_last_sure_to_be_in() -> None:
+def test_a_tip_that_is_lost_in_a_roll_is_searched_for_at_two_angles_in_turn() -> None:
     state = into(Phase.ROLL)
     for tick in range(20):
         # the signal rises a while after the loss, and the tool turns on without the screw
@@ -262,7 +262,7 @@ def test_a_lost_tip_is_searched_for_from_where_it_was_last_sure_to_be_in() -> No
     assert state.reseat.lost[0] == pytest.approx(1.0 + 0.02 * (21 - ROLL_LAG))
     assert state.reseat.theta == state.reseat.lost[0]
     again = state.reseat.failed("nothing there")
-    assert again.theta == (0.0 if again.spring else state.reseat.lost[1])
+    assert again.theta == state.reseat.lost[1]
     assert goal.tip_free
     assert goal.tip_force == 0.0
     assert goal.phase.startswith("reseat")

@@ -1,4 +1,4 @@
-"""Soft stops: a finger's joint that comes near its limit is kept off it, whatever it was to do there.
+"""Soft stops: a finger's joint that comes near its limit is pushed back.
 
 At its limit a joint takes no part in the grasp any more: it neither gives way nor presses as told, and where the
 mechanical stop is, encoders tell to half a degree only.  So before it gets there a spring pushes it back.  It holds

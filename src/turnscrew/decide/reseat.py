@@ -57,7 +57,8 @@ RENEWED = 2
 """After how many attempts forefinger and ring finger take the handle anew: a search may have twisted it in the hand."""
 
 CRAMPED = 0.02
-"""What is left to a joint's limit when a finger cannot give way any more [rad]: there its soft stop begins."""
+"""What is left to a joint's limit when a finger cannot give way any more [rad]: there its soft stop begins
+(`actuate.stops`)."""
 
 FIRST = 0.1
 """Share of the load that a finger takes when it has just touched, as in the gait."""
