@@ -13,7 +13,7 @@ from turnscrew.decide.plans import plan_for
 from turnscrew.geometry.closest import closest_points
 from turnscrew.geometry.profiles import Capsule, Cylinder
 from turnscrew.geometry.rotations import log_so3
-from turnscrew.robot.joints import DRIVEN, FINGERS
+from turnscrew.robot.joints import DRIVEN, FINGERS, finger_joints
 from turnscrew.robot.model import RobotModel, driven_jacobian
 from turnscrew.robot.servos import STIFFNESSES
 from turnscrew.signals import Effort, Role
@@ -79,6 +79,21 @@ def test_the_contacts_move_with_the_reference():
         got = J_c @ (state - Q) / DT
         # the damping of the inverse Jacobian, a tenth of the least lever, costs up to (2/20)^2 of the speed
         assert np.linalg.norm(got - wanted) < 0.02 * np.linalg.norm(wanted)
+
+
+@pytest.mark.parametrize(("tip_free", "locked", "forgets"), [(True, False, 1), (True, True, 0), (False, False, 0)])
+def test_what_a_search_has_bent_fingers_by_is_forgotten_in_the_air(tip_free, locked, forgets):
+    bent = np.zeros(28)
+    row = FINGERS.index("MF")
+    joints = list(finger_joints("MF"))
+    bent[joints] = 0.03
+    state, ticks = Q + bent, 40
+    for _ in range(ticks):
+        state, _ = update(grip(tip_free=tip_free, locked=locked), NO_EFFORT, state=state)
+    left = (1.0 - DT / ADAPTER.settling) ** (ticks * forgets)
+    driven = [joint for joint in joints if joint in DRIVEN_INDEX]
+    assert TH_MF[row]
+    np.testing.assert_allclose((state - Q)[driven], left * bent[driven], rtol=1e-9)
 
 
 def test_moving_the_palm_leaves_gripping_fingertips_where_they_are():

@@ -20,6 +20,7 @@ from turnscrew.decide.reseat_search import Search
 from turnscrew.decide.reseat_state import FOUR, ReseatState, Step
 from turnscrew.decide.reseat_walk import AirWalk
 from turnscrew.geometry.arrays import Array
+from turnscrew.robot.inverse_kinematics import rotation_vector
 from turnscrew.robot.joints import INDEX
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import Estimate
@@ -58,6 +59,29 @@ def test_two_fingers_bring_a_lifted_tool_back_to_its_place() -> None:
     # on the head it stays where it is, and four fingers hold it where they are
     assert not GATHERING.lifting(begun(Step.LIFT), slid, 0.001).tool.any()
     assert not GATHERING.lifting(begun(Step.LIFT, gripping=FOUR.copy()), slid, 0.02).tool.any()
+
+
+def test_a_hand_that_leans_is_righted_over_the_head_before_anything_else() -> None:
+    q = Q.copy()
+    q[INDEX["WRJ1"]] += 0.2
+    (p, R), (_, R_plan) = ROBOT.palm(q), ROBOT.palm(Q)
+    leant = carried(np.zeros(3), p_WS=PLAN.p_WS - HIGH, touching=FOUR, q=q)
+    start = begun(Step.LIFT, gripping=FOUR.copy(), attempt=1)
+    assert not GATHERING.lifting(start, leant, 0.001).palm[3:].any()
+    V = GATHERING.lifting(start, leant, 0.02).palm
+    # back to the plan, about the tip, which goes on up a little
+    assert V[3:] @ rotation_vector(R_plan @ R.T) == pytest.approx(GATHERING.turning * 0.2, rel=1e-6)
+    np.testing.assert_allclose(V[:3] + np.cross(V[3:], leant.p_WT - p), [0.0, 0.0, 0.1 * GATHERING.lift], atol=1e-12)
+    took = []
+    for estimate in (leant, replace(leant, q=Q)):
+        state, ticks = start, 0
+        while state.step is Step.LIFT:
+            state, _ = RESEAT.update(state, estimate, DT)
+            ticks += 1
+        assert state.step is Step.LEVEL
+        took.append(ticks * DT)
+    # what cannot be righted is not waited for forever
+    assert took == pytest.approx([RESEAT.level, RESEAT.settled], abs=2.0 * DT)
 
 
 def test_fingers_that_have_not_found_the_handle_aim_anew() -> None:

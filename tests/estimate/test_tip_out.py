@@ -37,12 +37,12 @@ def frame(error: np.ndarray) -> Seen:
 
 def frames_until_found(away: np.ndarray, rng: np.random.Generator, *, unloaded: bool) -> int:
     """How many frames of a tool displaced by `away` (6,) it takes, after two thirds of a second in the drive."""
-    state = OUT.init()
+    state = OutState(age=4.0)
     for _ in range(OUT.frames):
         state = OUT.seen(state, F, frame(SIGMA * rng.standard_normal(6)), 0.0)
     for count in range(1, 200):
         if unloaded:
-            state = OUT.felt(state, -3.0, 5.0, 1.0 / 30.0)
+            state = OUT.felt(state, -3.0, 1.0 / 30.0)
         state = OUT.seen(state, F, frame(away + SIGMA * rng.standard_normal(6)), 0.0)
         if OUT.signal(state) >= 1.0:
             return count
@@ -104,8 +104,13 @@ def test_an_error_that_neighbours_share_is_no_loss() -> None:
 
 
 def test_the_force_alone_is_no_alarm_and_is_not_asked_before_the_grip_is_built_up() -> None:
-    state = OUT.felt(OUT.init(), -10.0, 5.0, 0.01)
+    state = OUT.felt(OutState(age=5.0), -10.0, 0.01)
+    assert state.unloaded == 0.0
     assert OUT.signal(state) == 0.0
-    assert OUT.felt(OUT.init(), -10.0, 0.5, 0.01).unloaded == np.inf
-    later = OUT.felt(OutState(unloaded=0.0), 5.0, 6.0, 0.5)
+    # at the start, and when the tip is back
+    early, dt = OUT.init(), 0.01
+    while early.unloaded == np.inf:
+        early = OUT.felt(early, -10.0, dt)
+    assert early.age == pytest.approx(OUT.begun, abs=1.5 * dt)
+    later = OUT.felt(OutState(unloaded=0.0), 5.0, 0.5)
     assert later.unloaded == 0.5

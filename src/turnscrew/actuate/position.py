@@ -12,7 +12,7 @@ from turnscrew.robot.coupling import DRIVEN_INDEX
 from turnscrew.robot.joints import ARM, COUPLED, FINGERS, INDEX, WRIST, finger_joints
 from turnscrew.robot.model import Fingertips, RobotModel, driven_jacobian
 from turnscrew.robot.servos import FINGER_STIFFNESS, STIFFNESSES
-from turnscrew.signals import FREE, REACH, Command, Effort, Estimate, Goal
+from turnscrew.signals import FREE, GRIP, REACH, Command, Effort, Estimate, Goal
 
 PALM_JOINTS = np.array([INDEX[name] for name in (*ARM, *WRIST)])
 STOP = FINGER_STIFFNESS
@@ -41,6 +41,9 @@ class PositionAdapter:
         push: How far a finger that feels for the handle may be commanded ahead of itself [m]: it then presses with
             some 4 N on whatever holds it up, such as another finger.
         speed: Fastest motion of a free joint's command [rad/s]: Shadow's 2-4 rad/s.
+        settling: Time in which fingers that carry a tool in the air forget where they were told to be [s]: what a
+            search has bent them by would stay in the grasp, and grow until a finger is pushed off.  Meanwhile they
+            give way to what is not known of the tool, whose weight is off by half a newton, by .1 mm/s.
         stops: Before the limits of the fingers' joints.
     """
 
@@ -50,6 +53,7 @@ class PositionAdapter:
     margin: float = 0.005
     push: float = 0.003
     speed: float = 4.0
+    settling: float = 0.5
     stops: Stops = field(init=False)
 
     def __post_init__(self) -> None:
@@ -97,6 +101,8 @@ class PositionAdapter:
                 J_c, v = self._contact_motion(row, effort, estimate, tips, J)
             slack = v - J_c[:, PALM_JOINTS] @ palm_rate
             rest = goal.q_guide[joints] + offset[joints] - q[joints]
+            if role == GRIP and goal.tip_free and not goal.locked:
+                q[joints] += dt / self.settling * (estimate.q + offset - q)[joints]
             q[joints] += dt * self._inverse(J_c[:, joints], slack, self.guide * rest)
             bend += effort.f_W[row] @ J_c
         return self._limit(state, q, bend, self.stops.pushed_back(estimate.q, estimate.v))

@@ -42,7 +42,7 @@ SLID = 0.006
 """How far it may be from there if four fingers hold it already [m], `STANDOFF`."""
 
 TURNED = np.radians(2.0)
-"""What may be left of a turn in the air [rad]: the arm does the rest."""
+"""What may be left of a turn of hand or tool in the air [rad]: the arm does the rest."""
 
 WALKED = 40.0
 """Longest walk [s]: three strokes at the usual pace take 15."""
@@ -145,6 +145,8 @@ class Reseat:
     def _lift(self, state: ReseatState, estimate: Estimate, dt: float) -> Moved:
         motion = self.gathering.lifting(state, estimate, self._above(estimate))
         if self._above(estimate) < self.gathering.height or state.clock < self.settled:
+            return state, motion
+        if np.linalg.norm(self.gathering.leant(estimate)) > TURNED and state.clock < self.level:
             return state, motion
         # a search that failed may have taken the handle out of a finger
         held = state.gripping & estimate.touching

@@ -9,6 +9,7 @@ import numpy as np
 
 from turnscrew.decide.placing import between
 from turnscrew.decide.plan import FOLLOWERS, LEADERS, GaitPlan
+from turnscrew.decide.reseat_pose import seen_from
 from turnscrew.decide.reseat_state import FOUR, ReseatState
 from turnscrew.geometry.arrays import Array
 from turnscrew.robot.inverse_kinematics import place_fingertip, rotation_vector
@@ -56,7 +57,10 @@ class Gathering:
     placing: float = 0.01
 
     def lifting(self, state: ReseatState, estimate: Estimate, above: float) -> Motion:
-        """The arm lifts the tool; once it is up, two fingers bring it to its place in the hand, before others come.
+        """The arm lifts the tool, and rights the hand; two fingers bring it to its place there, before others come.
+
+        A search leaves the hand leaning by ten degrees and more, as the tool leant: there a tool that two fingers hold
+        swings down out of the others' reach.
 
         Args:
             state: Who holds.
@@ -64,12 +68,21 @@ class Gathering:
             above: Height of the tip over the head [m].
         """
         up = min(self.lift, 4.0 * max(self.height + 0.003 - above, 0.0) + 0.1 * self.lift)
-        palm = np.array([0.0, 0.0, up, 0.0, 0.0, 0.0])
-        if above < self.height or state.gripping[FOUR].all():
+        if above < self.height:
+            return Motion(np.array([0.0, 0.0, up, 0.0, 0.0, 0.0]), np.zeros(6))
+        turn = self.leant(estimate)
+        turn *= min(self.rate, self.turning / max(float(np.linalg.norm(turn)), 1e-9))
+        palm = seen_from(np.array([0.0, 0.0, up, *turn]), estimate.p_WT, self.robot.palm(estimate.q)[0])
+        if state.gripping[FOUR].all():
             return Motion(palm, np.zeros(6))
         tool, off = self.righting(state, estimate).tool, self.off(state, estimate)
         tool[:3] += off * min(self.rate, self.placing / max(float(np.linalg.norm(off)), 1e-9))
         return Motion(palm, tool)
+
+    def leant(self, estimate: Estimate) -> Array:
+        """(3,) rotation vector in W that would bring the hand back to how the gait holds it [rad]."""
+        _, R_plan = self.robot.palm(self.plan.rolling(0.0))
+        return rotation_vector(R_plan @ self.robot.palm(estimate.q)[1].T)
 
     def before_handle(self, state: ReseatState, estimate: Estimate) -> Array:
         """(28,) postures that bring those of the four that do not hold before the handle [rad].

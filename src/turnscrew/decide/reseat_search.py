@@ -16,7 +16,7 @@ import numpy as np
 
 from turnscrew.decide.reseat_pose import corner_T, leaning, seen_from, toward
 from turnscrew.decide.reseat_sizes import SearchSizes
-from turnscrew.decide.reseat_state import Felt, ReseatState, Step
+from turnscrew.decide.reseat_state import SIDEWAYS, Felt, ReseatState, Step
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import exp_so3
 from turnscrew.signals import Estimate
@@ -30,11 +30,15 @@ SPEED, TURNING = 0.03, 0.3
 DOWN, UP = 0.006, 0.006
 """How fast the hand goes after a head that is not felt, and gives way to one that is [m/s]."""
 
+INSIDE_UP = 0.002
+"""The same once the corner is in the slot [m/s]: a wall that is felt for .1 s must not lift it out, bent fingers take
+the hand up by a millimetre in a second."""
+
 NEAR = 0.0025
 """How far from where the head should be something may be felt that counts as it [m]: the camera errs by .5 mm, and by
 1.5 deg, which are another .5 mm of the corner's height."""
 
-NEARER = (0.0, 1.0, 0.5)
+NEARER = (0.0, 1.0)
 """Shares of `SearchSizes.nearer` by which sweeps of an attempt, in turn, are nearer to the slot's middle."""
 
 DEEPER, HIGHER = 0.001, 0.001
@@ -46,6 +50,9 @@ MORE = 0.17
 TOUCHED, CAUGHT, HELD = 0.02, 0.25, 0.1
 """How long the head, a drop, the slot's end must be felt [s]: noise of forces lasts a tick or two, of heights .1 s, and
 a hand that goes up and down on the head feels a drop for half of that time."""
+
+DEEPEST = 4
+"""Power of a depth with which it counts where the blade is parallel: it sinks twice as far there as 5 deg aside."""
 
 GIVING = 0.012
 """How fast the hand gives way to a wall while the tip is to stay [m/s]: it is 6 mm ahead of one that is stopped."""
@@ -68,6 +75,9 @@ INSIDE = (Step.ALIGN, Step.DRAG, Step.RIGHT)
 SLACK = (Step.RIGHT, Step.PRESS)
 """Steps in which the hand pulls little."""
 
+FIRM = (Step.DRAG, *SLACK)
+"""Steps in which it presses more."""
+
 
 class Touch(NamedTuple):
     """What is felt in a tick.
@@ -81,6 +91,7 @@ class Touch(NamedTuple):
         force: (3,) what pushes the tip, in W [N].
         drop: How far the corner is below the head [m].
         more: By how much the tool leans more along its edge than it would [rad].
+        yaw: By how much it is turned farther about the vertical than it would be [rad]: walls hold it back.
     """
 
     pose: tuple[Array, Array]
@@ -90,6 +101,7 @@ class Touch(NamedTuple):
     force: Array
     drop: float
     more: float
+    yaw: float
 
 
 @dataclass(frozen=True)
@@ -104,9 +116,14 @@ class Search(SearchSizes):
             estimate: Where the slot is.
             above: Height over the head [m].
         """
-        # what is believed of the slot errs by the same each time: further sweeps are made elsewhere
-        ahead = self.ahead - self.nearer * NEARER[state.sweeps % len(NEARER)]
-        return estimate.p_WS + ahead * state.along - self.aside * state.across + (self.depth + above) * Z
+        return estimate.p_WS + self._ahead(state) * state.along - self.aside * state.across + (self.depth + above) * Z
+
+    def _ahead(self, state: ReseatState) -> float:
+        """How far from the slot's middle, towards its end, the corner is to sweep [m].
+
+        What is believed of the slot errs by the same each time: further sweeps are made elsewhere.
+        """
+        return self.ahead - self.nearer * NEARER[state.sweeps % len(NEARER)]
 
     def begin(self, state: ReseatState, estimate: Estimate, corner: Array, q: Array) -> ReseatState:
         """The state when the hand is over the slot and comes down.
@@ -161,7 +178,7 @@ class Search(SearchSizes):
         more = state.side * float(felt.give[3:] @ state.across)
         seen = estimate.p_WT + estimate.R_WT @ corner
         lag = p + R @ corner - seen
-        return Touch((p, R), there, seen, lag, felt.force, state.surface - float(there[2]), more)
+        return Touch((p, R), there, seen, lag, felt.force, state.surface - float(there[2]), more, float(felt.give[5]))
 
     def _told(self, state: ReseatState, touch: Touch) -> tuple[Array, Array]:
         """Pose of the tool if nothing pushed it; once the corner is in, less the lean by which it is pulled over."""
@@ -185,8 +202,9 @@ class Search(SearchSizes):
 
     def _pressed(self, state: ReseatState, touch: Touch, dt: float) -> Array:
         """(3,) the corner as told, moved up or down so that the tip is pressed as wanted."""
-        press = self.firm if state.step in SLACK else self.press
-        rate = min(max(self.give_way * (float(touch.force[2]) - press), -DOWN), UP)
+        press = self.firm if state.step in FIRM else self.press
+        up = INSIDE_UP if state.step in INSIDE else UP
+        rate = min(max(self.give_way * (float(touch.force[2]) - press), -DOWN), up)
         return state.corner + rate * dt * Z
 
     def _land(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
@@ -212,7 +230,7 @@ class Search(SearchSizes):
         return changed(state.to(Step.SWEEP), rest=float(state.corner[2]), felt=state.felt.levelled())
 
     def _sweep(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
-        corner = self._pressed(state, touch, dt) + self.sweep * dt * state.across
+        corner = self._pressed(state, touch, dt) + self._led(state, touch) * dt
         # a force that is read wrong must not lift the tip off, nor press it into a slot's rim
         corner[2] = min(max(corner[2], state.rest - DEEPER), state.rest + HIGHER)
         surface = state.surface
@@ -227,13 +245,21 @@ class Search(SearchSizes):
         seen = state.seen + dt if caught else max(state.seen - dt, 0.0)
         state = changed(state, corner=corner, surface=surface, seen=seen)
         if seen > CAUGHT:
-            return changed(state.to(Step.ALIGN), turn=0.0, sunk=0.0, sunk_at=0.0)
+            return changed(state.to(Step.ALIGN), turn=0.0, sunk=0.0, sunk_at=0.0, weight=0.0)
         if across < self.beyond and float(touch.lag @ state.across) < self.stuck:
             return state
         if state.sweeps + 1 >= self.sweeps:
             return state.failed("no slot where it was looked for", other=True)
         # fingers that have been bent so far rest elsewhere, and tell forces wrong: from where nothing pushes once more
         return changed(state.to(Step.HOVER), sweeps=state.sweeps + 1)
+
+    def _led(self, state: ReseatState, touch: Touch) -> Array:
+        """(3,) speed of the corner as told while it sweeps [m/s]: a leaning tool that is tapped on the head walks."""
+        line = self._ahead(state) * state.along + (self.sweep * state.clock - self.aside) * state.across
+        astray = (touch.seen - state.slot - line) * SIDEWAYS
+        back = self.steer * astray
+        most = min(self.sweep / max(float(np.linalg.norm(back)), 1e-9), 1.0)
+        return np.asarray(self.sweep * state.across - most * back)
 
     def _align(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
         corner = self._pressed(state, touch, dt) + self._aside(state, touch, dt)
@@ -244,16 +270,22 @@ class Search(SearchSizes):
             return state
         # a blade that is turned the wrong way first may come out, and the next attempt begins the other way
         first = 1.0 if state.attempt % 2 == 0 else -1.0
-        way = first if state.clock - self.ease < self.around / self.scan else -first
-        state = changed(state, turn=state.turn + way * self.scan * dt)
-        if touch.drop > state.sunk:
-            state = changed(state, sunk=touch.drop, sunk_at=state.turn)
+        back = state.clock - self.ease >= self.around / self.scan
+        way = -first if back else first
+        state = changed(state, turn=state.turn + way * self.scan * dt, sunk=max(state.sunk, touch.drop))
+        at = state.turn + touch.yaw
+        if back:
+            # what is felt of depths errs by as much as they differ: the mean of all, the deepest counting most
+            weight = max(touch.drop / self.sunk, 0.0) ** DEEPEST
+            total = state.weight + weight
+            mean = state.sunk_at + weight / max(total, 1e-9) * (at - state.sunk_at)
+            state = changed(state, weight=total, sunk_at=mean)
         seen = state.seen + dt if touch.drop > self.sunk else 0.0
         state = changed(state, seen=seen)
         if seen > HELD:
             # a blade that has sunk before it was turned is as parallel as can be told
             begun = abs(state.turn) > 2.0 * self.scan * HELD
-            return state.found(state.turn + way * self.past if begun else 0.0).to(Step.DRAG)
+            return state.found(at + way * self.past if begun else 0.0).to(Step.DRAG)
         if first * state.turn > -self.around:
             return state
         if state.sunk < 0.5 * self.dropped:

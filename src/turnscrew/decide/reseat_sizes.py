@@ -19,8 +19,10 @@ class SearchSizes:
         depth: Of the slot [m].
         lean: Of the tool [rad]: a corner that is 2 mm inside sinks by .9 mm before the edge meets the other end.
         press: Force on the head [N]: friction then holds less than .5 N, and a corner drops in at once.
-        firm: The same while the tool is righted [N]: what fingers tell meanwhile errs by half a newton.
-        give_way: How fast the hand gives way to a force beyond that [m/s/N]: fingers are .4 mm/N soft upwards.
+        firm: The same while the corner is drawn along the slot, and the tool righted [N]: what fingers tell meanwhile
+            errs by half a newton, and a corner that nothing presses climbs out over the slot's end.
+        give_way: How fast the hand gives way to a force beyond that [m/s/N]: fingers are .4 mm/N soft upwards, and what
+            is felt and done comes .1 s late, so that at half as much again the hand hops on the head.
         hover: Height over the head from which the tip comes down [m],
         land: and its speed then [m/s].
         ahead: How far towards the slot's end from its middle the corner comes down [m]: half of what there is,
@@ -33,9 +35,11 @@ class SearchSizes:
         stop: Force across the slot that only its wall can give [N]: friction holds .9 N where it is greatest, and what
             is felt errs by half a newton.
         stuck: How far the hand may be ahead of a tip that does not follow [m]: fingers give 15 mm/N sideways.
-        sweep: Speed on the head [m/s].
-        tapped: How far the hand goes up and down meanwhile [m], so that the tip is hardly pressed for a moment, and
-            comes after: held by friction it stays behind by 8 mm, and snaps across the slot without falling in,
+        sweep: Speed on the head [m/s]: .27 mm from tap to tap, for a slot that is .2 mm wider than the blade.
+        steer: Rate at which it is kept to its line meanwhile [1/s]: the camera tells that to half a millimetre in 2 s.
+        tapped: How far the hand goes up and down meanwhile [m], so that the tip is not pressed at all for a moment, and
+            comes after: half of that leaves it a share of its load, friction holds it 2 to 8 mm behind, and then it
+            snaps across the slot without falling in,
         tapping: and how often [1/s].
         haul: Largest speed of the hand sideways once the corner is in [m/s].
         sweeps: After how many sweeps there is no slot.
@@ -50,7 +54,7 @@ class SearchSizes:
             .67 mm at 3 deg, and .8 mm before it meets the slot's other end; .1 to .2 mm more are felt.
         parallel: How far it sinks at least somewhere about the slot's heading, whatever is felt wrong [m].
         past: How far beyond where it begins to sink so far the slot's heading is [rad].
-        end: Force at which the slot's end is found [N], twice what friction can hold,
+        end: Force at which the slot's end is found [N]; friction holds .8 N at the most,
         most: and where the hand stops pulling [N].
         pull: Force with which the blade is held against it while it is righted [N]: fingers that are bent by more tell
             heights and forces so wrong that the hand lifts the blade out.
@@ -64,7 +68,8 @@ class SearchSizes:
         slacken: Time in which the hand goes back until then [s].
         pressing: Time for which the blade is pressed in the end [s]: a pull lifts it by some tenths of a millimetre.
         soft: How far the hand moves for a newton sideways, in a second [m/s/N]: twice a second what the fingers give.
-        drift: How far to either side of the slot's line it may give way at most [m].
+        drift: How far to either side of the slot's line it may give way at most [m]: fingers give 15 mm/N, so a wall
+            that is felt wrongly bends them by no more than .3 N.
         rest: Time for which it rests on the head [s].
         righting: Time in which the tool is righted [s].
         yaw: How far it is turned to and fro in the end [rad], a heading's error,
@@ -84,7 +89,7 @@ class SearchSizes:
     lean: float = np.radians(10.0)
     press: float = 0.7
     firm: float = 1.2
-    give_way: float = 0.004
+    give_way: float = 0.0025
     hover: float = 0.005
     land: float = 0.003
     ahead: float = 0.0015
@@ -94,11 +99,12 @@ class SearchSizes:
     doubt: float = 0.002
     stop: float = 1.4
     stuck: float = 0.020
-    sweep: float = 0.002
-    tapped: float = 0.00012
+    sweep: float = 0.0008
+    steer: float = 1.0
+    tapped: float = 0.0003
     tapping: float = 3.0
     haul: float = 0.004
-    sweeps: int = 3
+    sweeps: int = 2
     dropped: float = 0.00035
     around: float = np.radians(7.0)
     ease: float = 1.0
@@ -117,7 +123,7 @@ class SearchSizes:
     slacken: float = 1.5
     pressing: float = 1.0
     soft: float = 0.012
-    drift: float = 0.02
+    drift: float = 0.004
     righting: float = 3.0
     rest: float = 0.8
     yaw: float = np.radians(3.0)

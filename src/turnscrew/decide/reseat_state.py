@@ -68,8 +68,8 @@ pushed, and moves in the fingers by a millimetre or two."""
 
 
 ATTEMPTS = 16
-"""Attempts before the run is given up: in doubt two at the likelier heading, two at the other, and all of that four
-times; most searches need one, which takes 30 s, and those that fail take 10 to 30 s each."""
+"""Attempts before the run is given up: two at the likelier heading, two at the other, and all of that four times; most
+searches need one, which takes 30 s, and those that fail take 10 to 30 s each."""
 
 SIDEWAYS = np.array([1.0, 1.0, 0.0])
 """Of a force all but what presses the tip on the head."""
@@ -121,7 +121,7 @@ class ReseatState:
         lost: Angles at which the screw may have been when the tip left its drive, the likeliest first [rad]; attempts
             take turns with them.
         spring: Whether the screw is taken to have sprung back to where it began.
-        sure: Whether that is beyond doubt.
+        sure: Whether that is beyond doubt, until two attempts have failed.
         q_from: (28,) postures when the step began [rad].
         q_target: (28,) where fingers that do not hold go [rad].
         felt: What the locked fingers tell.
@@ -138,8 +138,9 @@ class ReseatState:
         side: Which corner is lowest: 1 for the one at +x of T, -1 for the other.
         heading: Of the slot in W, at the half turn that is nearest to the blade's [rad].
         turn: By how much the tool is turned from that heading [rad].
-        sunk: How far the corner has sunk at most while it was turned [m],
-        sunk_at: and where [rad].
+        sunk: How far the corner has sunk at most while it was turned [m].
+        sunk_at: Where it has sunk, on the way back: mean of the angles, by how far [rad],
+        weight: and what it is a mean of.
         off: How far the screw stands beyond where it was taken to stand, as found [rad].
         lean: Of the tool along its edge [rad].
         surface: Height of the corner on the head, as felt [m].
@@ -175,6 +176,7 @@ class ReseatState:
     turn: float = 0.0
     sunk: float = 0.0
     sunk_at: float = 0.0
+    weight: float = 0.0
     off: float = 0.0
     lean: float = 0.0
     surface: float = 0.0
@@ -208,14 +210,15 @@ class ReseatState:
 
         Args:
             why: What it came to.
-            other: Whether the slot seems to have the other of the two headings; tried it is after two attempts anyhow.
+            other: Whether the slot seems to have the other of the two headings; tried it is after two attempts anyhow,
+                which leave of a heading that was beyond doubt as much doubt as of the other.
         """
         if self.attempt + 1 >= ATTEMPTS:
             return changed(self.to(Step.FAILED), why=why)
         again = changed(self.to(Step.LIFT), off=0.0, walked=False, aims=0, sweeps=0, attempt=self.attempt + 1, why=why)
-        if self.sure or (self.tried == 0 and not other):
-            return changed(again, tried=self.tried + 1)
-        return changed(again, spring=not self.spring, tried=0)
+        if self.tried == 0 and (self.sure or not other):
+            return changed(again, tried=1)
+        return changed(again, spring=not self.spring, sure=False, tried=0)
 
     def found(self, turn: float) -> ReseatState:
         """The state when the slot's heading has been felt.

@@ -175,7 +175,7 @@ class ToolEstimator:
         state, rolled = self._predict(state, read, joints, measurement, dt)
         state = changed(state, driven=self._driven(state, measurement, dt))
         if not free.tip:
-            out = self.out.felt(state.out, float(state.wrench.axial.x[0]), measurement.time, dt)
+            out = self.out.felt(state.out, float(state.wrench.axial.x[0]), dt)
             sure = self.out.signal(out) < TIP_DOUBT and state.wrench.axial.x[0] > TIP_LOADED
             state = changed(state, out=out, sure=(*state.sure, state.filter)[-TIP_LAG:] if sure else state.sure)
         if measurement.vision is not None or state.since_correction >= self.correction_period:

@@ -43,10 +43,12 @@ class OutState:
     Attributes:
         frames: The last frames' whitened deviations, (5,) each, oldest first, and r of each as a sixth entry.
         unloaded: Time since the tip was last felt to carry nothing [s].
+        age: Time since the tip was put into its drive [s].
     """
 
     frames: tuple[Array, ...] = ()
     unloaded: float = np.inf
+    age: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +63,7 @@ class TipOut:
         lately: so long [s]: thirty frames, and the camera's lateness.
         least: Axial force below which it carries nothing [N]: in 11 undisturbed runs of five rounds (seeds 7820 to
             7830, torques and positions, two paces) it stays above .5 N.
-        begun: Time from which on the force is asked [s]: until then the first grip is built up.
+        begun: Time after which the force is asked [s]: until then what presses on the tip is built up.
         frames: How many frames are summed up at most: two thirds of a second.
         most: Largest size of a whitened deviation: a single frame that is wrong, as of a marker that has flipped, tells
             no more than 4 sigma, and at least three are needed, or two where the fingers agree.
@@ -85,17 +87,17 @@ class TipOut:
         """No frame yet."""
         return OutState()
 
-    def felt(self, state: OutState, f_z: float, time: float, dt: float) -> OutState:
+    def felt(self, state: OutState, f_z: float, dt: float) -> OutState:
         """Takes in a tick.
 
         Args:
             state: Of the last tick.
             f_z: Axial force of the screw on the tip as estimated [N].
-            time: Since the run began [s].
             dt: Since the last tick [s].
         """
-        unloaded = f_z < self.least and time > self.begun
-        return changed(state, unloaded=0.0 if unloaded else state.unloaded + dt)
+        age = state.age + dt
+        unloaded = f_z < self.least and age > self.begun
+        return changed(state, unloaded=0.0 if unloaded else state.unloaded + dt, age=age)
 
     def seen(self, state: OutState, f: FilterState, seen: Seen, common: float) -> OutState:
         """Takes in a frame.

@@ -24,11 +24,11 @@ CLEAR = 0.005
 
 SLOW_FOLLOW, SLOW_TAPPED = 2.0, 0.0004
 """Of the search with torques, whose arm has a loop of 10 rad/s instead of 45: how fast it follows [1/s], and how far it
-is told to tap [m].  With the .12 mm of position commands the tip stays behind, and snaps across the slot."""
+taps [m]: pressed by half a newton too much, with .3 mm the tip keeps a share of its load; with .5 mm it hops."""
 
-SLOW_SOFT, SLOW_MOST, SLOW_DRIFT = 0.006, 1.4, 0.004
-"""And how fast it gives way to a force [m/s/N], what it pulls with at most [N], how far it gives way aside [m]: it goes
-on for a while after it is told to stop, and pulled the blade out over the slot's end, or against its wall."""
+SLOW_SOFT, SLOW_MOST = 0.006, 1.4
+"""And how fast it gives way to a force [m/s/N], and what it pulls with at most [N]: it goes on for a while after it is
+told to stop, and pulled the blade out over the slot's end."""
 
 
 def build_reseat(scenario: Scenario, plan: GaitPlan, robot: RobotModel) -> Reseat:
@@ -38,7 +38,5 @@ def build_reseat(scenario: Scenario, plan: GaitPlan, robot: RobotModel) -> Resea
     in_air = Gait(plan, Placing(robot, plan), min(scenario.speed.turning, IN_AIR), standoff=CLEAR, recentre=False)
     search = Search(FeltForce(robot), scenario.tool.blade_width, scenario.screw.slot_depth)
     if scenario.robot.actuation == "torque":
-        search = replace(
-            search, follow=SLOW_FOLLOW, tapped=SLOW_TAPPED, soft=SLOW_SOFT, most=SLOW_MOST, drift=SLOW_DRIFT
-        )  # fmt: skip
+        search = replace(search, follow=SLOW_FOLLOW, tapped=SLOW_TAPPED, soft=SLOW_SOFT, most=SLOW_MOST)
     return Reseat(robot, gathering, AirWalk(in_air, gathering, scenario.screw.slot_yaw), search)
