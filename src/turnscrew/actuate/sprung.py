@@ -29,12 +29,6 @@ WRIST = Gains(1600.0, 30.0)
 is held otherwise, a newton at the tip moves that by 7 mm, and a tip that comes free hops as far."""
 
 
-LEAD = 0.02
-"""Time in which rates of arm and wrist are taken to be reached that come once a tick [s]: with the accelerations that
-this takes both follow a tap three times a second alike (1.1 of it, 10 deg late).  Without, the arm's loop of 10 rad/s
-stayed behind the wrist's of 40, and the tip swung sideways as it was tapped, and walked off."""
-
-
 @dataclass(frozen=True, slots=True)
 class SprungState:
     """What is remembered.
@@ -45,14 +39,12 @@ class SprungState:
             the tip is in its drive.
         pulled: (24,) where the drives' springs pull to, loads included [rad],
         time: and when that was worked out: once a tick [s].
-        reached: (6,) rates of arm and wrist that they are taken to have reached [rad/s].
     """
 
     posture: Posture
     rest: Array | None = None
     pulled: Array | None = None
     time: float = -inf
-    reached: Array = field(default_factory=lambda: np.zeros(CARRIERS))
 
 
 @dataclass(frozen=True)
@@ -102,21 +94,20 @@ class SprungAdapter:
             # beats between two ticks keep what springs pull to, as servos do that are told positions once a tick
             rest, wanted = self.positions.update(rest, goal, effort, estimate, self.tick)
             pulled = reading[DRIVEN_INDEX] if wanted.q is None else wanted.q
-        posture, reached, tau = self._palm(state, goal, effort, estimate, dt)
+        posture, tau = self._palm(state.posture, goal, effort, estimate, dt)
         tau[CARRIERS:] = (STIFFNESSES * (pulled - reading[DRIVEN_INDEX]))[CARRIERS:]
         within = np.clip(tau, -DRIVE_LIMITS, DRIVE_LIMITS)
-        return SprungState(posture, rest, pulled, estimate.time, reached), Command(None, tau != within, within)
+        return SprungState(posture, rest, pulled, estimate.time), Command(None, tau != within, within)
 
     def _palm(
-        self, state: SprungState, goal: Goal, effort: Effort, estimate: Estimate, dt: float
-    ) -> tuple[Posture, Array, Array]:
-        """Postures and rates after a beat, and torques (24,) that hold arm and wrist to them, not the fingers [N.m]."""
+        self, posture: Posture, goal: Goal, effort: Effort, estimate: Estimate, dt: float
+    ) -> tuple[Posture, Array]:
+        """Postures after a beat, and torques (24,) that hold arm and wrist to them; nothing for the fingers [N.m]."""
         dynamics = self.robot.dynamics(estimate.q, estimate.v)
-        posture, qddot = self.postures.update(state.posture, goal, dynamics, estimate.q, estimate.v, dt)
+        posture, qddot = self.postures.update(posture, goal, dynamics, estimate.q, estimate.v, dt)
         J = self.robot.contact_jacobians(estimate.q, estimate.v, estimate.c_W)
         tau = np.zeros(len(qddot))
         palm = slice(CARRIERS)
-        change = (posture.rate[palm] - state.reached) / (LEAD + dt)
-        tau[palm] = dynamics.bias[palm] + dynamics.M[palm, palm] @ (qddot[palm] + change)
+        tau[palm] = dynamics.bias[palm] + dynamics.M[palm, palm] @ qddot[palm]
         tau[palm] += np.einsum("ki,kij->j", effort.f_W, J)[palm] + self.robot.damping[palm] * posture.rate[palm]
-        return posture, state.reached + dt * change, tau
+        return posture, tau

@@ -16,7 +16,7 @@ import numpy as np
 
 from turnscrew.decide.reseat_pose import corner_T, leaning, seen_from, toward
 from turnscrew.decide.reseat_sizes import SearchSizes
-from turnscrew.decide.reseat_state import SIDEWAYS, Felt, ReseatState, Step
+from turnscrew.decide.reseat_state import Felt, ReseatState, Step
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.rotations import exp_so3
 from turnscrew.signals import Estimate
@@ -254,12 +254,14 @@ class Search(SearchSizes):
         return changed(state.to(Step.HOVER), sweeps=state.sweeps + 1)
 
     def _led(self, state: ReseatState, touch: Touch) -> Array:
-        """(3,) speed of the corner as told while it sweeps [m/s]: a leaning tool that is tapped on the head walks."""
-        line = self._ahead(state) * state.along + (self.sweep * state.clock - self.aside) * state.across
-        astray = (touch.seen - state.slot - line) * SIDEWAYS
-        back = self.steer * astray
-        most = min(self.sweep / max(float(np.linalg.norm(back)), 1e-9), 1.0)
-        return np.asarray(self.sweep * state.across - most * back)
+        """(3,) speed of the corner as told while it sweeps [m/s].
+
+        Tapped on by fingers that give way, a leaning tool walks off along its edge.  How far it has come across the
+        camera tells too late: a hand that answers that pulls the tip over the slot.
+        """
+        astray = float((touch.seen - state.slot) @ state.along) - self._ahead(state)
+        back = min(max(self.steer * astray, -self.sweep), self.sweep)
+        return np.asarray(self.sweep * state.across - back * state.along)
 
     def _align(self, state: ReseatState, touch: Touch, dt: float) -> ReseatState:
         corner = self._pressed(state, touch, dt) + self._aside(state, touch, dt)

@@ -36,7 +36,7 @@ class SearchSizes:
             is felt errs by half a newton.
         stuck: How far the hand may be ahead of a tip that does not follow [m]: fingers give 15 mm/N sideways.
         sweep: Speed on the head [m/s]: .27 mm from tap to tap, for a slot that is .2 mm wider than the blade.
-        steer: Rate at which it is kept to its line meanwhile [1/s]: the camera tells that to half a millimetre in 2 s.
+        steer: Rate at which it is kept from walking off along the slot [1/s]: the camera tells that to .5 mm in 2 s.
         tapped: How far the hand goes up and down meanwhile [m], so that the tip is not pressed at all for a moment, and
             comes after: half of that leaves it a share of its load, friction holds it 2 to 8 mm behind, and then it
             snaps across the slot without falling in,
@@ -100,7 +100,7 @@ class SearchSizes:
     stop: float = 1.4
     stuck: float = 0.020
     sweep: float = 0.0008
-    steer: float = 1.0
+    steer: float = 0.5
     tapped: float = 0.0003
     tapping: float = 3.0
     haul: float = 0.004
