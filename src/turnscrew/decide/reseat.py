@@ -21,7 +21,7 @@ from turnscrew.decide.reseat_walk import AirWalk
 from turnscrew.decide.thread_guess import springs_back
 from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.euler import yaw
-from turnscrew.robot.inverse_kinematics import place_palm
+from turnscrew.robot.inverse_kinematics import place_palm, rotation_vector
 from turnscrew.robot.joints import FINGERS, finger_joints
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import FREE, GRIP, REACH, Estimate, Goal
@@ -146,7 +146,7 @@ class Reseat:
         motion = self.gathering.lifting(state, estimate, self._above(estimate))
         if self._above(estimate) < self.gathering.height or state.clock < self.settled:
             return state, motion
-        if np.linalg.norm(self.gathering.leant(estimate)) > TURNED and state.clock < self.level:
+        if np.linalg.norm(rotation_vector(self.gathering.back(estimate))) > TURNED and state.clock < self.level:
             return state, motion
         # a search that failed may have taken the handle out of a finger
         held = state.gripping & estimate.touching

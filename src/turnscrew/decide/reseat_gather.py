@@ -70,7 +70,7 @@ class Gathering:
         up = min(self.lift, 4.0 * max(self.height + 0.003 - above, 0.0) + 0.1 * self.lift)
         if above < self.height:
             return Motion(np.array([0.0, 0.0, up, 0.0, 0.0, 0.0]), np.zeros(6))
-        turn = self.leant(estimate)
+        turn = rotation_vector(self.back(estimate))
         turn *= min(self.rate, self.turning / max(float(np.linalg.norm(turn)), 1e-9))
         palm = seen_from(np.array([0.0, 0.0, up, *turn]), estimate.p_WT, self.robot.palm(estimate.q)[0])
         if state.gripping[FOUR].all():
@@ -79,10 +79,10 @@ class Gathering:
         tool[:3] += off * min(self.rate, self.placing / max(float(np.linalg.norm(off)), 1e-9))
         return Motion(palm, tool)
 
-    def leant(self, estimate: Estimate) -> Array:
-        """(3,) rotation vector in W that would bring the hand back to how the gait holds it [rad]."""
-        _, R_plan = self.robot.palm(self.plan.rolling(0.0))
-        return rotation_vector(R_plan @ self.robot.palm(estimate.q)[1].T)
+    def back(self, estimate: Estimate) -> Array:
+        """(3, 3) rotation in W that would bring the palm back to how the gait holds it."""
+        (_, R), (_, R_plan) = self.robot.palm(estimate.q), self.robot.palm(self.plan.rolling(0.0))
+        return R_plan @ R.T
 
     def before_handle(self, state: ReseatState, estimate: Estimate) -> Array:
         """(28,) postures that bring those of the four that do not hold before the handle [rad].

@@ -51,7 +51,7 @@ TOUCHED, CAUGHT, HELD = 0.02, 0.25, 0.1
 """How long the head, a drop, the slot's end must be felt [s]: noise of forces lasts a tick or two, of heights .1 s, and
 a hand that goes up and down on the head feels a drop for half of that time."""
 
-DEEPEST = 4
+SHARPNESS = 4
 """Power of a depth with which it counts where the blade is parallel: it sinks twice as far there as 5 deg aside."""
 
 GIVING = 0.012
@@ -278,7 +278,7 @@ class Search(SearchSizes):
         at = state.turn + touch.yaw
         if back:
             # what is felt of depths errs by as much as they differ: the mean of all, the deepest counting most
-            weight = max(touch.drop / self.sunk, 0.0) ** DEEPEST
+            weight = max(touch.drop / self.sunk, 0.0) ** SHARPNESS
             total = state.weight + weight
             mean = state.sunk_at + weight / max(total, 1e-9) * (at - state.sunk_at)
             state = changed(state, weight=total, sunk_at=mean)

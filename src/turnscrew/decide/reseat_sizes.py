@@ -54,7 +54,7 @@ class SearchSizes:
             .67 mm at 3 deg, and .8 mm before it meets the slot's other end; .1 to .2 mm more are felt.
         parallel: How far it sinks at least somewhere about the slot's heading, whatever is felt wrong [m].
         past: How far beyond where it begins to sink so far the slot's heading is [rad].
-        end: Force at which the slot's end is found [N]; friction holds .8 N at the most,
+        end: Force at which the slot's end is found [N]; a friction of .7 holds .8 N,
         most: and where the hand stops pulling [N].
         pull: Force with which the blade is held against it while it is righted [N]: fingers that are bent by more tell
             heights and forces so wrong that the hand lifts the blade out.

@@ -13,7 +13,6 @@ from turnscrew.decide.gait import Gait
 from turnscrew.decide.gait_state import GaitState, Phase
 from turnscrew.decide.reseat_gather import Gathering
 from turnscrew.decide.reseat_state import FOUR, ReseatState
-from turnscrew.geometry.arrays import Array
 from turnscrew.geometry.euler import yaw
 from turnscrew.signals import Estimate, Goal
 from turnscrew.values import changed
@@ -59,7 +58,7 @@ class AirWalk:
 
         What the arm has turned the hand by until now does not count, for then it would have no way left.
         """
-        left = (yaw(self._unturned(estimate) @ estimate.R_WT) - (self.start - state.theta)) % np.pi
+        left = (yaw(self.gathering.back(estimate) @ estimate.R_WT) - (self.start - state.theta)) % np.pi
         phase = Phase.REMOVE if state.gait.phase in FRESH else Phase.SUPPORT
         gait = changed(handed_over(self.gait, state.gait, phase), vain=0)
         return changed(state, gait=gait, left=float(left))
@@ -75,12 +74,6 @@ class AirWalk:
         motion = self.gathering.righting(state, estimate, goal.turn_rate)
         goal = changed(goal, V_tool=motion.tool, turn_rate=0.0, tip_force=0.0)
         return state, goal, before.phase is Phase.ADD and gait.phase is Phase.SUPPORT
-
-    def _unturned(self, estimate: Estimate) -> Array:
-        """(3, 3) rotation in W that brings the palm back to where the plan has it."""
-        robot = self.gathering.robot
-        (_, R), (_, R_plan) = robot.palm(estimate.q), robot.palm(self.gait.plan.rolling(0.0))
-        return R_plan @ R.T
 
     def _unstuck(self, gait: GaitState, estimate: Estimate) -> GaitState:
         """The gait's state, but for fingers that have not found the handle."""
