@@ -267,6 +267,10 @@ def test_a_tip_that_friction_holds_on_the_head_is_not_in(step: Step) -> None:
     assert (state.step, state.why) == (Step.LIFT, "the tip is held, but lies on the head")
 
 
+def test_an_attempt_that_ends_with_the_tool_turned_is_followed_by_one_that_begins_unturned() -> None:
+    assert replace(begun(Step.ALIGN), turn=0.1).failed("nothing").turn == 0.0
+
+
 def test_attempts_try_both_headings_and_end() -> None:
     state, tried = begun(Step.SWEEP), []
     while state.step is not Step.FAILED:

@@ -45,16 +45,27 @@ def test_noise_of_the_encoders_is_halved():
     assert (sigma[:4] < 0.35).all()
 
 
-def test_torques_are_told_for_the_same_time_as_the_speeds():
+@pytest.mark.parametrize("tip_free", [False, True])
+def test_torques_are_told_for_the_same_time_as_the_speeds(tip_free):
     rng = np.random.default_rng(1)
     joints, track, q = BETWEEN.init(Q), BETWEEN.sent(None, np.zeros(24), DT), Q.copy()
     for _ in range(50):
         speed = rng.normal(size=28)
-        track = BETWEEN.sent(track, speed[DRIVEN_INDEX], DT)
+        track = BETWEEN.sent(track, speed[DRIVEN_INDEX], DT, tip_free)
         q = q + speed * DT
-        joints = BETWEEN.read(joints, q, DT)
+        joints = BETWEEN.read(joints, q, DT, tip_free)
     # what the speeds' filter makes of a speed, the torques' makes of a torque that is the same number
     np.testing.assert_allclose(track.tau, joints.v[DRIVEN_INDEX], atol=1e-10)
+
+
+@pytest.mark.parametrize(("tip_free", "late"), [(False, 0.06), (True, 0.01)])
+def test_the_arms_speed_is_told_sooner_while_the_tip_is_free(tip_free, late):
+    state, told = BETWEEN.init(Q), 0.0
+    for i in range(1000):
+        state = BETWEEN.read(state, Q + 0.5 * (DT * i) ** 2, DT, tip_free)
+        told = state.v[0]
+    # a speed that grows evenly is told two time constants late, and the step in which it is read
+    assert 999 * DT - told == pytest.approx(late, abs=DT)
 
 
 def rolling(omega):

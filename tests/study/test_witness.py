@@ -71,8 +71,8 @@ def test_a_tip_out_of_its_drive_is_no_false_alarm() -> None:
     out = replace(STILL, tip_in_drive=False)
     assert false(FaultKind.CAM_OUT, witness())
     assert not false(FaultKind.CAM_OUT, witness(out))
-    assert witness(out).trouble(FaultKind.CAM_OUT)
-    assert not witness().trouble(FaultKind.CAM_OUT)
+    assert witness(out).trouble(FaultKind.CAM_OUT, Span(0.0, 0.0))
+    assert not witness().trouble(FaultKind.CAM_OUT, Span(0.0, 0.0))
 
 
 def test_fingers_that_slide_or_are_about_to_are_no_false_alarm() -> None:
@@ -80,14 +80,30 @@ def test_fingers_that_slide_or_are_about_to_are_no_false_alarm() -> None:
     # 10 mm/s down the handle for 30 ms: .3 mm
     sliding = replace(STILL, V_WT=np.array([0.0, 0.0, 0.01, 0.0, 0.0, 0.0]))
     assert not false(FaultKind.FINGER_SLIP, witness(*[sliding] * 3))
-    assert witness(*[sliding] * 9).trouble(FaultKind.FINGER_SLIP) is False
-    assert witness(*[sliding] * 11).trouble(FaultKind.FINGER_SLIP) is True
     # along its normal a fingertip is dented
     dented = replace(STILL, V_WT=np.array([0.01, 0.0, 0.0, 0.0, 0.0, 0.0]))
     assert witness(*[dented] * 11).slid() == 0.0
     # of .9 x 5 N that friction holds .5 N are left
     strained = replace(STILL, f_W=STILL.f_W + np.array([[0.0, 0, 4.0]] + [[0.0, 0, 0]] * 4))
     assert not false(FaultKind.FINGER_SLIP, witness(strained))
+
+
+@pytest.mark.parametrize(
+    ("ticks", "mishap", "is_trouble"),
+    [
+        (9, Span(0.0, 1.0), False),
+        (11, Span(0.0, 1.0), True),
+        # what slid before the fingertip became slick, or long after, is no trouble of its
+        (11, Span(0.55, 1.0), False),
+        (11, Span(0.0, 0.3), False),
+    ],
+)
+def test_a_slick_fingertip_is_trouble_once_it_has_slid_by_a_millimetre(
+    ticks: int, mishap: Span, is_trouble: bool
+) -> None:
+    # 10 mm/s down the handle
+    sliding = replace(STILL, V_WT=np.array([0.0, 0.0, 0.01, 0.0, 0.0, 0.0]))
+    assert witness(*[sliding] * ticks).trouble(FaultKind.FINGER_SLIP, mishap) is is_trouble
 
 
 def test_a_camera_that_sees_is_not_lost_and_a_sound_pose_not_suspect() -> None:

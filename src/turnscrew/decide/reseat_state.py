@@ -215,7 +215,9 @@ class ReseatState:
         """
         if self.attempt + 1 >= ATTEMPTS:
             return changed(self.to(Step.FAILED), why=why)
-        again = changed(self.to(Step.LIFT), off=0.0, walked=False, aims=0, sweeps=0, attempt=self.attempt + 1, why=why)
+        again = changed(
+            self.to(Step.LIFT), off=0.0, turn=0.0, walked=False, aims=0, sweeps=0, attempt=self.attempt + 1, why=why,
+        )  # fmt: skip
         if self.tried == 0 and (self.sure or not other):
             return changed(again, tried=1)
         return changed(again, spring=not self.spring, sure=False, tried=0)

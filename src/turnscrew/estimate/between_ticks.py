@@ -51,7 +51,9 @@ class BetweenTicks:
         time: Time constant [s]: at 500 Hz, 10 ms leave half of the encoders' noise in q, and in v .05 deg / 10 ms times
             .3, 1.5 deg/s; the 20 ms by which v is late are .2 rad at the 10 rad/s of the arm's loop.
         prior: Weight of "it does not turn" against a contact's speed [m2]: (2 mm)^2 beside levers of 18 mm and more.
-        arm_time: Time constant of the arm's joints [s], whose noise is a metre from the fingertips.
+        arm_time: Time constant of the arm's joints [s], whose noise is a metre from the fingertips,
+        free_time: and while the tip is out of its drive [s]: the arm's loop is at 25 rad/s then, and needs to know its
+            speed 10 ms late; half of .005 deg is .04 mm at the fingertips.
     """
 
     robot: RobotModel
@@ -59,21 +61,30 @@ class BetweenTicks:
     time: float = 0.010
     prior: float = 4e-6
     arm_time: float = 0.030
-    _times: Array = field(init=False, repr=False, compare=False)
+    free_time: float = 0.005
+    _times: tuple[Array, Array] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        times = np.where(np.arange(len(JOINTS)) < len(ARM), self.arm_time, self.time)
+        arm = np.arange(len(JOINTS)) < len(ARM)
+        times = tuple(np.where(arm, of_arm, self.time) for of_arm in (self.arm_time, self.free_time))
         object.__setattr__(self, "_times", times)
 
     def init(self, q: Array) -> JointTrack:
         """At rest at encoder angles q (28,)."""
         return JointTrack(q, np.zeros(len(q)))
 
-    def read(self, state: JointTrack, reading: Array, dt: float) -> JointTrack:
-        """Takes a reading: encoder angles (28,) [rad], dt [s] after the last."""
-        return JointTrack(*_smoothed(state.q, state.v, reading, self._times, dt))
+    def read(self, state: JointTrack, reading: Array, dt: float, tip_free: bool = False) -> JointTrack:
+        """Takes a reading.
 
-    def sent(self, state: TorqueTrack | None, tau: Array, dt: float) -> TorqueTrack:
+        Args:
+            state: Of the joints.
+            reading: (28,) encoder angles [rad].
+            dt: Time since the last [s].
+            tip_free: Whether the tip is taken to be out of its drive.
+        """
+        return JointTrack(*_smoothed(state.q, state.v, reading, self._times[tip_free], dt))
+
+    def sent(self, state: TorqueTrack | None, tau: Array, dt: float, tip_free: bool = False) -> TorqueTrack:
         """Takes what the drives are sent until the next reading, low-passed as the speeds are.
 
         `read` makes of the mean speed between two readings what two low-passes in a row, x += (1 - a) (input - x), make
@@ -83,10 +94,11 @@ class BetweenTicks:
             state: Of the torques; None before the first.
             tau: (24,) torques [N.m].
             dt: Time for which they are given [s].
+            tip_free: Whether the tip is taken to be out of its drive.
         """
         if state is None:
             return TorqueTrack(tau, tau)
-        share = 1.0 - np.exp(-dt / self._times[DRIVEN_INDEX])
+        share = 1.0 - np.exp(-dt / self._times[tip_free][DRIVEN_INDEX])
         once = state.once + share * (tau - state.once)
         return TorqueTrack(once, state.tau + share * (once - state.tau))
 

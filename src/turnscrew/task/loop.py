@@ -112,12 +112,12 @@ class Loop:
         """One turn of the loop, up to the command that is written to the plant."""
         blocks, dt, beat = self.blocks, self.dt, self.dt / self.beats
         sensors, measurement = self._sense(state.sensors, plant)
-        joints, known = state.joints, measurement
+        joints, known, free = state.joints, measurement, _free(state.last)
         if blocks.between is not None and joints is not None:
-            joints = blocks.between.read(joints, measurement.q, beat)
+            joints = blocks.between.read(joints, measurement.q, beat, free.tip)
             tau_sent = None if state.driven is None else state.driven.tau
             known = changed(measurement, q=joints.q, v=joints.v, tau_sent=tau_sent)
-        estimator, estimate = blocks.estimator.update(state.estimator, known, state.sent, dt, _free(state.last))
+        estimator, estimate = blocks.estimator.update(state.estimator, known, state.sent, dt, free)
         if blocks.between is not None and joints is not None:
             estimate = blocks.between.refresh(joints, estimate, 0.0)
         decider, goal = blocks.decider.update(state.decider, estimate, state.faults, dt)
@@ -148,7 +148,7 @@ class Loop:
             return state
         estimate, goal, effort = state.last
         sensors, reading = blocks.sensors.joints(state.sensors, plant)
-        joints = blocks.between.read(state.joints, reading, dt)
+        joints = blocks.between.read(state.joints, reading, dt, goal.tip_free)
         estimate = blocks.between.refresh(joints, estimate, dt)
         controller = state.controller
         if not goal.tip_free:
@@ -179,7 +179,7 @@ class Loop:
         plant.write(due)
         if command.tau is None or between is None:
             return under_way, None
-        return under_way, between.sent(state.driven, due, self.dt / self.beats)
+        return under_way, between.sent(state.driven, due, self.dt / self.beats, _free(state.last).tip)
 
     def _sense(self, state: SensorState, plant: Cell) -> tuple[SensorState, Measurement]:
         return self.blocks.sensors.update(state, plant)

@@ -144,7 +144,7 @@ class Notes:
         if time >= self.mishap.start:
             self.mishap_phase = self.mishap_phase or self.phase
             if self.expected is not None and math.isnan(self.trouble_s) and time < self.mishap.end + LATEST:
-                self.trouble_s = time if self.witness.trouble(self.expected) else math.nan
+                self.trouble_s = time if self.witness.trouble(self.expected, self.mishap) else math.nan
         self.faults.extend(tick.faults)
         self.false.extend(fault for fault in tick.faults if self.witness.false(fault, tick, truth))
         q = self.cell.q

@@ -129,17 +129,23 @@ class Witness:
             return tilt(truth.R_WT) < 0.5 * WATCH.dropped
         return False
 
-    def trouble(self, kind: FaultKind) -> bool:
-        """Whether there is now what a fault of this kind has to name; sensors that fail do so at once."""
+    def trouble(self, kind: FaultKind, mishap: Span) -> bool:
+        """Whether a mishap has led to what a fault of this kind has to name; sensors that fail do so at once.
+
+        At full pace fingers that come or leave may slide as far: what has slid before a fingertip became slick, or when
+        it has its friction back, is not the mishap's.
+        """
         if kind is FaultKind.FINGER_SLIP:
-            return self.slid() >= SLIDES
+            since, now = mishap.start, self.time[-1]
+            return now < mishap.end + FINGERS_LATELY and self.slid(now - since) >= SLIDES
         if kind is FaultKind.CAM_OUT:
             return not self.in_drive[-1]
         return True
 
-    def slid(self) -> float:
-        """Largest way by which a fingertip has slid over the handle within `FINGERS_LATELY` [m]."""
-        way = np.sum(self.way[-self._ticks(FINGERS_LATELY) :], axis=0)
+    def slid(self, lately: float = FINGERS_LATELY) -> float:
+        """Largest way by which a fingertip has slid over the handle within `FINGERS_LATELY`, or a shorter time [m]."""
+        ticks = max(self._ticks(min(lately, FINGERS_LATELY)), 1)
+        way = np.sum(self.way[-ticks:], axis=0)
         return float(np.linalg.norm(way, axis=1).max())
 
     def _ticks(self, span: float) -> int:
