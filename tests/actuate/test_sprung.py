@@ -108,6 +108,6 @@ def test_the_arm_comes_to_rest_with_what_is_told_and_sent_late():
         v += DT * sent.popleft()
         joint[0] += DT * v
         ways.append(joint[0] - Q[0])
-    # damped by .77 of critical it swings beyond by 2 % of its way, and within .3 s there is nothing left
-    assert min(ways) > -0.1 * 0.001
-    assert np.abs(ways[150:]).max() < 0.02 * 0.001
+    # the slowest pole, at 21/s, leaves .0018 of the way after .3 s, and covers the swing, damped by .77 of critical
+    assert min(ways) > -0.01 * 0.001
+    assert np.abs(ways[150:]).max() < 0.005 * 0.001

@@ -93,7 +93,7 @@ def test_fingers_that_slide_or_are_about_to_are_no_false_alarm() -> None:
     [
         (9, Span(0.0, 1.0), False),
         (11, Span(0.0, 1.0), True),
-        # what slid before the fingertip became slick, or long after, is no trouble of its
+        # what slid before the fingertip became slick, or once it has its friction back, is no trouble of its
         (11, Span(0.55, 1.0), False),
         (11, Span(0.0, 0.3), False),
     ],

@@ -28,8 +28,8 @@ from turnscrew.signals import Command, Effort, Estimate, Goal
 ARM = Gains(625.0, 40.0, 200.0)
 """Of the arm: 25 rad/s [1/s2, 1/s, 1/s3].  With what is told late (`BetweenTicks.free_time`), and sent 3 ms late, it
 keeps 40 deg of phase at 46 rad/s, and its swing is damped by .77 of critical.  At the 10 rad/s at which it is held
-otherwise a newton at the tip moves that by a millimetre.  The encoders' noise makes .8 N.m at the shoulder, which do
-not move 4 kg.m2 by as much as that noise.  The integral is the other impedance's, for it goes on with what that has
+otherwise a newton at the tip moves that by a millimetre.  The encoders' noise, .005 deg, makes 1 N.m at the shoulder,
+which moves 4 kg.m2 by a third of that noise.  The integral is the other impedance's, for it goes on with what that has
 summed up."""
 
 WRIST = Gains(1600.0, 30.0)

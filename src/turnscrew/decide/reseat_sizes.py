@@ -80,7 +80,8 @@ class SearchSizes:
         beside: How far from its place a tip that is in may be seen in the end, on either axis [m].
         lost: How far the hand may go down or up without anything to press on [m].
         bent: The lean that fingers give way to, over what encoders tell of it.
-        follow: Rate at which the arm follows the pose that it is told [1/s], a fifth of its own loop's.
+        follow: Rate at which the arm follows the pose that it is told [1/s]: a fifth of its servos' loop, a third
+            of the one with torques.
     """
 
     feel: FeltForce

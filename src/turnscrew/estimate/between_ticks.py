@@ -53,7 +53,7 @@ class BetweenTicks:
         prior: Weight of "it does not turn" against a contact's speed [m2]: (2 mm)^2 beside levers of 18 mm and more.
         arm_time: Time constant of the arm's joints [s], whose noise is a metre from the fingertips,
         free_time: and while the tip is out of its drive [s]: the arm's loop is at 25 rad/s then, and needs to know its
-            speed 10 ms late; half of .005 deg is .04 mm at the fingertips.
+            speed no more than 10 ms late; .65 of .005 deg are left, .06 mm at the fingertips.
     """
 
     robot: RobotModel
