@@ -14,15 +14,8 @@ from numpy.typing import NDArray
 
 from turnscrew.geometry.arrays import Array, Flags
 
-TIP_DOUBT = 0.3
-"""`Estimate.tip_out` up to which the tip is taken to be in its drive: mostly it stays below while it is."""
-
-TIP_LOADED = 1.0
-"""Force on the tip, as estimated, above which that is so [N]: in undisturbed runs it stays above half of that, and it
-is gone 70 ms after the tip has left its drive, in which fast fingers turn the tool by 15 deg."""
-
 TIP_LAG = 7
-"""Ticks by which both lag behind the loss: a frame and its latency."""
+"""Ticks by which `Estimate.tip_sure` lags behind a loss: a frame and its latency."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +99,7 @@ class Estimate:
         p_WT_refined: (3,) tip position of the refinement (1)-(6), likewise.
         R_WT_refined: (3, 3) orientation of the refinement, likewise.
         tip_out: How strongly the camera's frames contradict a tip in its drive: 1 is the threshold.
+        tip_sure: Whether nothing speaks against a tip in its drive: neither frames nor its load nor a slip lately.
     """
 
     time: float
@@ -137,6 +131,7 @@ class Estimate:
     p_WT_refined: Array
     R_WT_refined: Array
     tip_out: float = 0.0
+    tip_sure: bool = True
 
 
 class Role(IntEnum):

@@ -14,7 +14,7 @@ from turnscrew.decide.gait import Gait
 from turnscrew.decide.gait_state import FF_RF, TH_MF, Phase
 from turnscrew.decide.placing import Placing
 from turnscrew.decide.plans import plan_for
-from turnscrew.decide.recovery import POLICY, ROLL_LAG, Action, Decider, DeciderState
+from turnscrew.decide.recovery import LATE, POLICY, ROLL_LAG, Action, Decider, DeciderState
 from turnscrew.robot.joints import FINGERS
 from turnscrew.robot.model import RobotModel
 from turnscrew.signals import FREE, GRIP, REACH, TIP_LAG, Estimate, Fault, FaultKind, Goal
@@ -208,27 +208,15 @@ def test_who_stops_for_a_lost_tip_presses_on_nothing() -> None:
     assert others[-1].tip_force == DECIDER.gait.tip_force
 
 
-def test_a_tip_that_carries_nothing_is_not_sure_to_be_in_its_drive() -> None:
-    state = into(Phase.ROLL)
-    for tick in range(20):
-        # the frames tell of the loss six ticks after the force does, in which the fingers have turned on
-        turned = replace(standing(), theta=1.0 + 0.04 * tick, tip_out=0.1 * (tick > 16) * (tick - 12))
-        known = turned if tick < 11 else replace(turned, F_s=np.zeros(6))
-        state, _ = DECIDER.update(state, known, (), DT)
-    state, _ = DECIDER.update(state, known, trouble(FaultKind.CAM_OUT), DT)
-    assert state.reseat is not None
-    assert state.reseat.lost[-1] == pytest.approx(1.0 + 0.04 * (10 - TIP_LAG + 1))
-
-
 def test_a_round_that_ended_with_the_tip_perhaps_out_does_not_count() -> None:
     state = into(Phase.ROLL)
     for tick in range(20):
-        known = replace(standing(), tip_out=0.1 * (tick > 10))
+        known = replace(standing(), tip_sure=tick <= 10)
         state, _ = DECIDER.update(state, known, (), DT)
     state = replace(state, gait=replace(state.gait, round=state.gait.round + 1))
     assert state.gait.round == 1
     # counted .07 s after the last tick without a doubt, or sooner
-    lost = replace(standing(), tip_out=0.5)
+    lost = replace(standing(), tip_sure=False)
     doubted, goal = DECIDER.update(state, lost, trouble(FaultKind.CAM_OUT), DT)
     assert (doubted.gait.round, goal.round) == (0, 0)
     # one that was made before stays
@@ -243,17 +231,23 @@ def test_a_tip_that_is_lost_between_rolls_is_searched_for_where_it_was_last_sure
     for _ in range(ROLL_LAG):
         state, _ = DECIDER.update(state, replace(standing(), theta=1.0), (), DT)
         state = replace(state, gait=replace(state.gait, phase=Phase.SUPPORT, clock=DT))
-    state, _ = DECIDER.update(state, replace(standing(), theta=1.5, tip_out=0.9), trouble(FaultKind.CAM_OUT), DT)
+    state, _ = DECIDER.update(state, replace(standing(), theta=1.5, tip_sure=False), trouble(FaultKind.CAM_OUT), DT)
     assert state.reseat is not None
     assert state.reseat.lost == (1.0,)
 
 
-def test_a_tip_that_is_lost_in_a_roll_is_searched_for_at_two_angles_in_turn() -> None:
+def lost_in_a_roll(ticks: int) -> tuple[DeciderState, Estimate]:
+    """So long a roll, and the tip not sure to be in its drive after 11 ticks: the tool turns on without the screw."""
     state = into(Phase.ROLL)
-    for tick in range(20):
-        # the signal rises a while after the loss, and the tool turns on without the screw
-        known = replace(standing(), theta=1.0 + 0.02 * tick, tip_out=0.1 * (tick > 10) * (tick - 7))
+    for tick in range(ticks):
+        known = replace(standing(), theta=1.0 + 0.02 * tick, tip_sure=tick <= 10)
         state, _ = DECIDER.update(state, known, (), DT)
+        state = replace(state, gait=replace(state.gait, phase=Phase.ROLL, clock=DT))
+    return state, known
+
+
+def test_a_tip_that_is_lost_in_a_roll_is_searched_for_at_two_angles_in_turn() -> None:
+    state, known = lost_in_a_roll(20)
     state, goal = DECIDER.update(state, known, trouble(FaultKind.CAM_OUT), DT)
     assert state.action is Action.RESEAT
     assert state.reseat is not None
@@ -266,3 +260,24 @@ def test_a_tip_that_is_lost_in_a_roll_is_searched_for_at_two_angles_in_turn() ->
     assert goal.tip_free
     assert goal.tip_force == 0.0
     assert goal.phase.startswith("reseat")
+
+
+def test_a_loss_that_is_named_late_is_searched_for_where_the_tip_was_last_sure_to_be_in() -> None:
+    state, known = lost_in_a_roll(10 + LATE + 2)
+    state, _ = DECIDER.update(state, known, trouble(FaultKind.CAM_OUT), DT)
+    assert state.reseat is not None
+    assert state.reseat.lost[0] == pytest.approx(1.0 + 0.02 * (10 - TIP_LAG + 1))
+
+
+def test_fingers_that_have_all_lost_the_tool_press_on_to_find_it_again() -> None:
+    def lost(touching: np.ndarray) -> Goal:
+        return DECIDER.update(into(Phase.ROLL), standing(touching), trouble(FaultKind.CAM_OUT), DT)[1]
+
+    np.testing.assert_array_equal(lost(NOBODY).roles[TH_MF], GRIP)
+    # one that has lost it while others hold it would push them about
+    four = np.array([True, True, True, True, False])
+    state = into(Phase.SUPPORT, touching=four)
+    state = replace(state, gait=replace(state.gait, gripping=four.copy()))
+    held = four & (np.arange(len(FINGERS)) != RF)
+    _, goal = DECIDER.update(state, standing(held), trouble(FaultKind.CAM_OUT), DT)
+    np.testing.assert_array_equal(goal.roles == GRIP, held)

@@ -17,6 +17,10 @@ SIGMA = np.array([0.004] * 3 + [np.radians(2.5)] * 3)
 P = np.diag(SIGMA**2)
 
 
+FRAME = 1.0 / 30.0
+"""Time between frames [s]."""
+
+
 def believed() -> FilterState:
     """A leaning, turned tool, known to .3 mm and .3 deg as in a run."""
     state = Prior(rotation=np.radians(0.3), tip=0.0003).state(
@@ -35,14 +39,18 @@ def frame(error: np.ndarray) -> Seen:
     return Seen(Pose(F.p_WT + error[:3], exp_so3(error[3:]) @ F.R_WT), P)
 
 
-def frames_until_found(away: np.ndarray, rng: np.random.Generator, *, unloaded: bool) -> int:
+def frames_until_found(
+    away: np.ndarray, rng: np.random.Generator, *, unloaded: bool = False, slipped: bool = False
+) -> int:
     """How many frames of a tool displaced by `away` (6,) it takes, after two thirds of a second in the drive."""
     state = OutState(age=4.0)
     for _ in range(OUT.frames):
         state = OUT.seen(state, F, frame(SIGMA * rng.standard_normal(6)), 0.0)
+    if slipped:
+        state = OUT.felt(state, 5.0, 1.5, FRAME)
     for count in range(1, 200):
         if unloaded:
-            state = OUT.felt(state, -3.0, 1.0 / 30.0)
+            state = OUT.felt(state, -3.0, 0.0, FRAME)
         state = OUT.seen(state, F, frame(away + SIGMA * rng.standard_normal(6)), 0.0)
         if OUT.signal(state) >= 1.0:
             return count
@@ -73,7 +81,8 @@ def test_a_tip_beside_the_screw_is_found_in_some_frames(unloaded: bool, most: in
 
 def test_flipped_frames_do_not_count() -> None:
     flip = frame(np.array([0.02, 0.0, 0.01, 0.0, np.radians(30.0), 0.0]))
-    assert OUT.seen(OUT.init(), F, flip, 0.0) == OUT.init()
+    known = OUT.init()
+    assert OUT.seen(known, F, flip, 0.0) is known
 
 
 def test_two_frames_that_are_far_off_are_not_enough() -> None:
@@ -104,13 +113,58 @@ def test_an_error_that_neighbours_share_is_no_loss() -> None:
 
 
 def test_the_force_alone_is_no_alarm_and_is_not_asked_before_the_grip_is_built_up() -> None:
-    state = OUT.felt(OutState(age=5.0), -10.0, 0.01)
+    state = OUT.felt(OutState(age=5.0), -10.0, 0.0, 0.01)
     assert state.unloaded == 0.0
     assert OUT.signal(state) == 0.0
     # at the start, and when the tip is back
     early, dt = OUT.init(), 0.01
     while early.unloaded == np.inf:
-        early = OUT.felt(early, -10.0, dt)
+        early = OUT.felt(early, -10.0, 0.0, dt)
     assert early.age == pytest.approx(OUT.begun, abs=1.5 * dt)
-    later = OUT.felt(OutState(unloaded=0.0), 5.0, 0.5)
+    later = OUT.felt(OutState(unloaded=0.0), 5.0, 0.0, 0.5)
     assert later.unloaded == 0.5
+
+
+def test_a_tip_that_slipped_onto_the_head_is_found_by_all_frames_since() -> None:
+    # 4 mm aside and 1.3 mm up: n ((4 / 4)^2 + (1.3 / 4)^2) / (1 + .03 n) comes to 36 at most, and to 18 after some 30
+    away = np.array([0.004, 0.0, 0.0013, 0.0, 0.0, 0.0])
+    rng = np.random.default_rng(3)
+    assert np.median([frames_until_found(away, rng) for _ in range(20)]) > 100
+    assert np.median([frames_until_found(away, rng, slipped=True) for _ in range(20)]) < 45
+
+
+def test_a_slip_that_was_none_seldom_looks_like_a_loss() -> None:
+    rng, found = np.random.default_rng(4), 0
+    for _ in range(100):
+        state = OUT.felt(OutState(age=4.0), 5.0, 1.0, FRAME)
+        while state.slipped < OUT.remembered:
+            state = OUT.felt(OUT.seen(state, F, frame(SIGMA * rng.standard_normal(6)), 0.0), 5.0, 0.0, FRAME)
+            if OUT.signal(state) >= 1.0:
+                found += 1
+                break
+    # one look exceeds it in 3e-3, and sums of up to 150 frames are as good as ln 150 = 5 independent looks
+    assert found <= 100 * 5 * 3e-3 + 2 * np.sqrt(100 * 5 * 3e-3)
+
+
+def test_a_slip_under_way_is_not_begun_anew_and_is_forgotten_in_time() -> None:
+    slipped = OUT.felt(OutState(age=4.0), 5.0, 1.0, FRAME)
+    later = OUT.felt(OUT.seen(slipped, F, frame(SIGMA), 0.0), 5.0, 1.0, FRAME)
+    assert (later.count, later.slipped) == (1, FRAME)
+    anew = OUT.felt(OUT.seen(slipped, F, frame(SIGMA), 0.0), 5.0, 1.0, OUT.remembered)
+    assert (anew.count, anew.slipped) == (0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("state", "sure"),
+    [
+        (OutState(load=5.0), True),
+        # in undisturbed runs the load stays above half of what is asked
+        (OutState(load=0.5), False),
+        (OutState(load=5.0, slipped=1.0), False),
+        (OutState(load=5.0, slipped=OUT.remembered), True),
+        (OutState(load=5.0, largest=0.2 * OUT.threshold), True),
+        (OutState(load=5.0, largest=0.4 * OUT.threshold), False),
+    ],
+)
+def test_who_is_sure_of_a_tip_in_its_drive(state: OutState, sure: bool) -> None:
+    assert OUT.sure(state) == sure

@@ -88,8 +88,8 @@ def test_a_lost_tip_is_felt_only_by_fingertips_that_read_well_enough():
     usual, askew = load(None), load(None, [f"force.direction_noise={math.radians(60.0)}"])
     assert build_out(usual) == TipOut()
     # whatever is read then, nothing is concluded from it
-    assert build_out(askew).felt(OutState(age=10.0), -50.0, 0.01).unloaded == math.inf
-    assert build_out(usual).felt(OutState(age=10.0), -50.0, 0.01).unloaded == 0.0
+    assert build_out(askew).felt(OutState(age=10.0), -50.0, 0.0, 0.01).unloaded == math.inf
+    assert build_out(usual).felt(OutState(age=10.0), -50.0, 0.0, 0.01).unloaded == 0.0
 
 
 def test_strokes_are_budgeted_for_the_rounds_wanted_by_what_two_fingers_hold():

@@ -17,7 +17,7 @@ from turnscrew.decide.gait_state import GaitState, Phase
 from turnscrew.decide.reseat import Reseat
 from turnscrew.decide.reseat_state import ReseatState, Step
 from turnscrew.decide.reseat_walk import handed_over
-from turnscrew.signals import TIP_DOUBT, TIP_LAG, TIP_LOADED, Estimate, Fault, FaultKind, Goal
+from turnscrew.signals import TIP_LAG, Estimate, Fault, FaultKind, Goal
 from turnscrew.values import changed
 
 
@@ -42,6 +42,9 @@ ROLL_LAG = 17
 """Ticks from the loss of a tip in a roll until it is answered: it is named after 7 to 20 in 20 knocks, mostly after 15.
 The angle believed so long before was off by 10 deg at most, the one at which the tip was last sure to be in by up to
 70: at full pace force and camera begin to doubt a roll before anything is lost."""
+
+LATE = 100
+"""Ticks after which a loss is named late: what has been believed since then of the screw's angle is wrong."""
 
 ROLLING_PAIR = (Phase.SETTLE, Phase.ROLL, Phase.ADD)
 
@@ -88,6 +91,7 @@ class DeciderState:
         fault: What the run is being stopped for, or is if the search for the drive comes to nothing.
         reseat: Of the last search for the drive.
         sure: Angles of the screw [rad], and rounds made, in the last ticks in which its tip was taken to be in it.
+        unsure: Ticks since then.
         lately: Angles of the screw in the last ticks [rad], and whether the hand was rolling.
     """
 
@@ -99,6 +103,7 @@ class DeciderState:
     fault: Fault | None = None
     reseat: ReseatState | None = None
     sure: tuple[tuple[float, int], ...] = ()
+    unsure: int = 0
     lately: tuple[tuple[float, bool], ...] = ()
 
 
@@ -141,8 +146,9 @@ class Decider:
         """
         fault = next((fault for fault in faults if fault.ends and not _is_past(state, fault)), None)
         state = changed(state, clock=state.clock + dt)
-        if estimate.tip_out < TIP_DOUBT and estimate.F_s[2] > TIP_LOADED:
-            state = changed(state, sure=(*state.sure, (estimate.theta, state.gait.round))[-TIP_LAG:])
+        state = changed(state, unsure=state.unsure + 1)
+        if estimate.tip_sure:
+            state = changed(state, sure=(*state.sure, (estimate.theta, state.gait.round))[-TIP_LAG:], unsure=0)
         lately = (*state.lately, (estimate.theta, state.gait.phase is Phase.ROLL))[-ROLL_LAG:]
         state = changed(state, lately=lately)
         if fault is not None:
@@ -187,7 +193,8 @@ class Decider:
             theta, rounds = state.sure[0] if state.sure else (estimate.theta, state.gait.round)
             gait = changed(state.gait, round=rounds)
             then, rolling = state.lately[0]
-            reseat = self.reseat.init(gait, estimate, (then, theta) if rolling else (theta,))
+            likely = (theta, then) if state.unsure > LATE else (then, theta)
+            reseat = self.reseat.init(gait, estimate, likely if rolling else (theta,))
             return changed(state, gait=gait, action=action, clock=0.0, made=made, reseat=reseat, fault=fault)
         gait = {
             Action.WAIT: lambda: state.gait,

@@ -113,6 +113,9 @@ class Reseat:
         """
         guess = springs_back(gait.falls)
         held = gait.gripping & estimate.touching
+        if held.sum() < 2:
+            # a knock may take the tool out of all fingers for a moment: those that go on pressing find it again
+            held = gait.gripping
         return ReseatState(Step.STILL, 0.0, held, gait, lost, *guess, estimate.q, estimate.q)
 
     def update(self, state: ReseatState, estimate: Estimate, dt: float) -> tuple[ReseatState, Goal]:

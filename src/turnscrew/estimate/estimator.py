@@ -46,7 +46,7 @@ from turnscrew.geometry.euler import yaw
 from turnscrew.geometry.profiles import Capsule
 from turnscrew.geometry.surfaces import SurfaceOfRevolution
 from turnscrew.robot.joints import ARM, FINGERS, WRIST
-from turnscrew.signals import TIP_DOUBT, TIP_LAG, TIP_LOADED, Estimate, Measurement
+from turnscrew.signals import TIP_LAG, Estimate, Measurement
 from turnscrew.values import changed
 
 if TYPE_CHECKING:
@@ -174,10 +174,6 @@ class ToolEstimator:
         measurement = changed(read, q=q, v=v)
         state, rolled = self._predict(state, read, joints, measurement, dt)
         state = changed(state, driven=self._driven(state, measurement, dt))
-        if not free.tip:
-            out = self.out.felt(state.out, float(state.wrench.axial.x[0]), dt)
-            sure = self.out.signal(out) < TIP_DOUBT and state.wrench.axial.x[0] > TIP_LOADED
-            state = changed(state, out=out, sure=(*state.sure, state.filter)[-TIP_LAG:] if sure else state.sure)
         if measurement.vision is not None or state.since_correction >= self.correction_period:
             state = self._correct(state, measurement)
         return self._conclude(state, measurement, rolled, dt)
@@ -352,13 +348,15 @@ class ToolEstimator:
         f_W = self._pressing(state)
         F_h, squeeze = contacts.load(f_W, f.p_WT, R_WT)
         if state.free.tip:
-            angle, wrench, slips = changed(state.angle, theta=state.free.theta), state.wrench, state.slips
+            state = changed(state, angle=changed(state.angle, theta=state.free.theta))
             F_s, tip_slip = self.wrench.solve(F_h, R_WT, nu, 0.0)[0], 0.0
         else:
             angle = self.angle.update(state.angle, yaw(f.R_WT), rolled, dt)
             wrench, F_s = self.wrench.update(state.wrench, F_h, squeeze, self._radius(f), R_WT, nu, angle.theta, dt)
             slips, tip_slip = self.slips.felt(state.slips, f, state.tips, contacts, state.f_F, measurement.vision, dt)
-        state = changed(state, angle=angle, wrench=wrench, slips=slips)
+            out = self.out.felt(state.out, float(wrench.axial.x[0]), tip_slip, dt)
+            sure = (*state.sure, f)[-TIP_LAG:] if self.out.sure(out) else state.sure
+            state = changed(state, angle=angle, wrench=wrench, slips=slips, out=out, sure=sure)
         return state, self._estimate(state, measurement, (R_WT, nu), f_W, F_s, tip_slip)
 
     def _estimate(
@@ -397,4 +395,5 @@ class ToolEstimator:
             p_WT_refined=state.polished.p_WT,
             R_WT_refined=state.polished.R_WT,
             tip_out=self.out.signal(state.out),
+            tip_sure=self.out.sure(state.out),
         )
