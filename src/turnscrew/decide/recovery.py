@@ -46,13 +46,16 @@ The angle believed so long before was off by 10 deg at most, the one at which th
 LATE = 100
 """Ticks after which a loss is named late: what has been believed since then of the screw's angle is wrong."""
 
+OUT = (FaultKind.CAM_OUT, FaultKind.TIP_SLIP)
+"""What is named where the tip is not, or is not believed to be, in its drive.  A mere slip does not end a run."""
+
 ROLLING_PAIR = (Phase.SETTLE, Phase.ROLL, Phase.ADD)
 
 POLICY: Mapping[FaultKind, Mapping[Phase, Action]] = MappingProxyType(
     {
         FaultKind.VISION_LOST: dict.fromkeys(Phase, Action.WAIT),
         FaultKind.CONTACT_LOST: dict.fromkeys(ROLLING_PAIR, Action.CATCH),
-        FaultKind.CAM_OUT: dict.fromkeys(Phase, Action.RESEAT),
+        **{kind: dict.fromkeys(Phase, Action.RESEAT) for kind in OUT},
         FaultKind.STALLED: {Phase.ADD: Action.BACK, Phase.RETURN: Action.AIM},
     }
 )
@@ -168,7 +171,7 @@ class Decider:
     def _answer(self, state: DeciderState, fault: Fault, estimate: Estimate) -> DeciderState:
         """Begins what is to be done about a fault, unless that is being done."""
         phase = state.gait.phase
-        if state.action is Action.RESEAT and fault.kind is FaultKind.CAM_OUT:
+        if state.action is Action.RESEAT and fault.kind in OUT:
             return state
         action = Action.STOP if fault.hopeless else POLICY.get(fault.kind, {}).get(phase, Action.STOP)
         if state.action is Action.STOP or (action is state.action is Action.WAIT and state.clock < self.patience):
@@ -183,7 +186,7 @@ class Decider:
             action = Action.STOP
         if action is Action.STOP:
             goal = stilled(state.goal)
-            if goal is not None and fault.kind is FaultKind.CAM_OUT:
+            if goal is not None and fault.kind in OUT:
                 # there is nothing to press on, and what presses on nothing swings away
                 goal = changed(goal, tip_force=0.0)
             return changed(state, action=action, clock=0.0, fault=fault, goal=goal)
