@@ -261,6 +261,25 @@ def test_four_fingers_that_have_settled_hand_over():
     assert state.phase is Phase.SUPPORT
 
 
+def test_fingers_pushed_off_a_tool_that_four_should_hold_let_go_of_it_and_come_anew():
+    state, ticks = replace(GAIT.init(), gripping=TH_MF | FF_RF), 0
+    off = (TH_MF | FF_RF) & (np.array(FINGERS) != "FF")
+    # without waiting for the palm, which is far off
+    away = standing(touching=off, p_WS=PLAN.p_WS + np.array([2.0 * GAIT.centred, 0.0, 0.0]))
+    while state.phase is Phase.SETTLE:
+        state, _ = GAIT.update(state, away, DT)
+        ticks += 1
+    assert ticks * DT == pytest.approx(GAIT.settle, abs=1.5 * DT)
+    phases = [state.phase]
+    while state.phase is not Phase.ADD:
+        state, goal = GAIT.update(state, standing(touching=off), DT)
+        phases.append(state.phase)
+        assert (goal.roles[TH_MF] == Role.GRIP).all()
+    assert list(dict.fromkeys(phases)) == [Phase.REMOVE, Phase.ROLL, Phase.ADD]
+    assert not state.gripping[FF_RF].any()
+    assert state.round == 0
+
+
 def test_the_blend_is_flat_at_both_ends():
     h = 1e-4
     assert (smooth(-1.0), smooth(0.0), smooth(0.5), smooth(1.0), smooth(2.0)) == (0.0, 0.0, 0.5, 1.0, 1.0)

@@ -147,7 +147,7 @@ class Gait:
         if over:
             if state.phase in (Phase.REMOVE, Phase.HOLD):
                 state = self._counted(state, estimate.theta)
-            state = changed(state, phase=self._following(state.phase, state.gripping), clock=0.0, aside=0.0, near=False)
+            state = changed(state, phase=self._following(state, estimate), clock=0.0, aside=0.0, near=False)
         return state, goal
 
     def aiming(self, state: GaitState, estimate: Estimate) -> GaitState:
@@ -185,12 +185,12 @@ class Gait:
             return changed(state, theta=theta, cycle=state.cycle + 1, vain=state.vain + 1)
         return changed(state, theta=theta, cycle=state.cycle + 1, vain=0, round=state.round + 1)
 
-    def _following(self, phase: Phase, gripping: Flags) -> Phase:
-        if phase is Phase.ROLL and self.plan.course is Course.STROKE:
+    def _following(self, state: GaitState, estimate: Estimate) -> Phase:
+        if state.phase is Phase.ROLL and self.plan.course is Course.STROKE:
             return Phase.HOLD
-        if phase is Phase.SETTLE and gripping[FF_RF].any():
-            return Phase.SUPPORT
-        return NEXT[phase]
+        if state.phase is Phase.SETTLE and state.gripping[FF_RF].any():
+            return Phase.REMOVE if _pushed_off(state, estimate) else Phase.SUPPORT
+        return NEXT[state.phase]
 
     def _enter(self, state: GaitState, estimate: Estimate) -> GaitState:
         """Start of a phase: remember where the fingers are, and aim at where the handle is."""
@@ -325,7 +325,8 @@ class Gait:
             at_limit = self.placing.meets_limit(estimate.q, estimate.v, ROLLING, self.stop, self.braking)
             return state.rolled >= state.stroke or (at_limit and state.rolled > self.begun)
         if phase is Phase.SETTLE:
-            return clock >= self.settle and (clock >= self.settle_most or self._is_centred(estimate))
+            waited = clock >= self.settle_most or _pushed_off(state, estimate)
+            return clock >= self.settle and (waited or self._is_centred(estimate))
         if phase in (Phase.ADD, Phase.RETURN):
             return bool(state.gripping[TH_MF | FF_RF].all())
         if phase is Phase.CATCH:
@@ -339,6 +340,15 @@ class Gait:
 
     def _is_centred(self, estimate: Estimate) -> bool:
         return not self.recentre or knuckle_way(self.placing.palm_error(estimate)) <= self.centred
+
+
+def _pushed_off(state: GaitState, estimate: Estimate) -> bool:
+    """Whether FF or RF, which are to hold the tool, touch it no more with their tips.
+
+    In a grasp that a search has left, the handle may lie against their other links: pressing on, they push the tool out
+    of the hand.  They are to let go of it, and come anew after a roll.
+    """
+    return bool((state.gripping & ~estimate.touching)[FF_RF].any())
 
 
 def smooth(s: float) -> float:
