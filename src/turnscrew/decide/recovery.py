@@ -44,7 +44,8 @@ The angle believed so long before was off by 10 deg at most, the one at which th
 70: at full pace force and camera begin to doubt a roll before anything is lost."""
 
 LATE = 100
-"""Ticks after which a loss is named late: what has been believed since then of the screw's angle is wrong."""
+"""Ticks without a sure tip after which its loss is named late: six times what it takes in most knocks, and three times
+the longest doubt before a loss.  Where the screw was believed to be shortly before is then no better guess."""
 
 OUT = (FaultKind.CAM_OUT, FaultKind.TIP_SLIP)
 """What is named where the tip is not, or is not believed to be, in its drive.  A mere slip does not end a run."""
